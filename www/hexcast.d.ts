@@ -17,12 +17,14 @@
  * never detached or changed; every typed array that a call returns belongs to the caller. Lengths are in the unit of the files,
  * cells are counted from 0, ends of ranges are exclusive, and x varies fastest: `flags[x + nx * (y + ny * z)]`.
  */
-import type { Estimate, FileInfo, FileSource, Job, Surface, SurfaceSource } from './job.js';
+import type { Estimate, FileInfo, FileSource, Surface, SurfaceSource } from './job.js';
 import type { Level } from './measured.js';
+import type { Job } from './options.js';
 import type { Mesh } from './result.js';
 import './globals.js';
 
 export type * from './job.js';
+export type * from './options.js';
 export type * from './measured.js';
 export type * from './pictures.js';
 export type * from './report.js';

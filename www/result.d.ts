@@ -1,6 +1,6 @@
 /** What comes out: the mesh, its flags and its files. */
 import type { CallOptions, Device, FileSource } from './hexcast.js';
-import type { Job } from './job.js';
+import type { Job } from './options.js';
 import type { Fractions, Links, Staggered } from './measured.js';
 import type { Difference, SliceOptions, ViewOptions } from './pictures.js';
 import type { Report } from './report.js';

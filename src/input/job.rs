@@ -165,13 +165,14 @@ pub enum HaloEdge {
 pub struct Job {
     /// The geometries, in order: where two of equal priority overlap, one that is closed or flat wins over one that is not, else the later.
     pub geometries: Vec<GeometryJob>,
-    /// Two corners of the box, x0 y0 z0 x1 y1 z1; otherwise the box around all geometries.
+    /// Two corners of the box, x0 y0 z0 x1 y1 z1; by default the box around all geometries.
     #[serde(deserialize_with = "numbers::list", skip_serializing_if = "Option::is_none")]
     pub domain: Option<[f64; 6]>,
-    /// Space around the domain, or around the box of the geometries.
+    /// Space added on both sides of every axis, to `domain` or to the box around the geometries: whole cells, or a length.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub padding: Option<Padding>,
-    /// Cubic cells, so many along the longest axis.
+    /// Cubic cells, so many along the longest axis; 128 where no size is given. At most one of `cells`, `dims`, `cell_size`, `max_cell_size`,
+    /// `lines` and `graded` is given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cells: Option<u32>,
     /// Exactly so many cells on x, y and z, over the domain; padding by cells comes on top.
@@ -180,16 +181,18 @@ pub struct Job {
     /// Cell size on all axes or each.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cell_size: Option<PerAxis<f64>>,
-    /// The largest size per axis, at most this, that puts every end point of every bounding box on a mesh line.
+    /// Upper limit of the cell size: the largest size per axis, at most this, that puts every end point of every bounding box on a mesh line.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_cell_size: Option<f64>,
     /// Largest distance of an end point from its mesh line, in cells, with `max_cell_size`: 0 to 0.5, by default 0.05.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
-    /// All lines of each axis.
+    /// All lines of each axis, ascending, in the unit of the files: cells + 1 numbers each, at most 262,143. The first and the last are the
+    /// domain.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lines: Option<LinesJob>,
-    /// Generates lines of cells that differ in size.
+    /// Generates lines of cells that differ in size: one on every end of every geometry's box, close where geometries are small, far
+    /// elsewhere.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub graded: Option<GradedJob>,
     /// Most cells, however they are chosen; without it only those of an axis are limited. A mesh of more is refused before it starts.
@@ -199,16 +202,17 @@ pub struct Job {
     /// are those of the whole box.
     #[serde(deserialize_with = "numbers::list", skip_serializing_if = "Option::is_none")]
     pub window: Option<[u32; 6]>,
-    /// Meshes only one of the windows that the box is divided into.
+    /// Meshes only one of the windows that the box is divided into: `index` from 1 on, x fastest, `of` so many along x, y and z.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub part: Option<PartJob>,
     /// Cells around the window or the part that are also meshed, on both sides of every axis.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub halo: Option<u32>,
-    /// What the halo has beyond the box; by default background.
+    /// What the halo has beyond the box: background, the default, or the flag of the nearest cell of the box.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub halo_edge: Option<HaloEdge>,
-    /// Shapes of the chunks and shards of a Zarr store. Where it is given, parts are cut along the borders of shards.
+    /// Shapes of the chunks and shards of a Zarr store, as cells on x, y, z, or most bytes of a shard. Where it is given, parts are cut along
+    /// the borders of shards.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub zarr: Option<ZarrJob>,
     /// What is inside a surface.
@@ -223,13 +227,14 @@ pub struct Job {
     /// Whether every geometry has the cells outside of it, as `invert` of a geometry.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub invert: bool,
-    /// Closes openings narrower than this number of cells, at least 2.
+    /// Closes openings narrower than this number of cells along x, y or z, at least 2, and no wider ones: background cells get `gap_flag` if
+    /// fewer than that many in a row lie between flagged cells. Dents and slits as narrow as that are filled, too.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub close_gaps: Option<u32>,
-    /// Flag of the cells that this adds, 1 to 255; by default one more than the greatest flag of a geometry.
+    /// Flag of the cells that `close_gaps` adds, 1 to 255; by default one more than the greatest flag of a geometry.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gap_flag: Option<u8>,
-    /// Looks for thin walls and for cells that two geometries claim.
+    /// Looks for thin walls and for cells that two geometries claim; takes several times as long as a mesh on the CPU.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub certify: bool,
     /// Leaves out the checks that are made of every mesh: whether shells have no cell, or another volume than their surface.
@@ -247,15 +252,15 @@ pub struct Job {
     /// Measures the fraction of each flag in the cells that surfaces cut.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fractions: Option<FractionsJob>,
-    /// Finds the flags at the points of a staggered grid.
+    /// Finds the flags at the points of a staggered (Yee) grid.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub staggered: bool,
     /// Flags of perfect conductors on a staggered grid: all edges of their cells conduct, not only those within the surface.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub conductors: Vec<u8>,
-    /// What meshes: the GPU or the CPU.
+    /// What meshes: the GPU or the CPU; the cells do not depend on it.
     pub backend: BackendChoice,
-    /// Along which axis the rays run.
+    /// Along which axis the rays run; the cells do not depend on it.
     pub axis: AxisChoice,
     /// Most bytes of memory to take, as a number or as text such as "2GB"; what does not fit is refused before it starts.
     #[serde(skip_serializing_if = "Option::is_none")]

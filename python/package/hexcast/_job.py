@@ -12,7 +12,8 @@ import numpy as np
 
 from . import _hexcast
 from ._error import Error, InvalidType, missing
-from ._options import GEOMETRY_KEYS, JOB_KEYS, GeometryOptions, check_names
+from ._names import check_names
+from ._options import GEOMETRY_KEYS, JOB_KEYS, GeometryOptions
 from ._surface import Surface, SurfaceLike, scene_parts, surface
 
 #: A surface, or a dict with a surface and its options.

@@ -1,12 +1,9 @@
-"""The names of all options: those of a job file, with the same meaning."""
+"""The options of a mesh and of a geometry: those of a job file, with the same meaning. Made by ``npm run options`` of docs/job.schema.json."""
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal, TypedDict, Union
-
-from ._error import InvalidType
 
 if TYPE_CHECKING:
     from ._surface import SurfaceLike
@@ -29,123 +26,127 @@ class GeometryOptions(TypedDict, total=False):
     same_flag: bool
     #: Name in reports and outputs.
     name: str
-    #: Flag of its cells, 1 to 255; by default 1, 2, ... in the order of the geometries.
+    #: Property flag, 1 to 255; by default 1, 2, ... in the order of the job.
     flag: int
-    #: Where geometries overlap the higher priority wins; of equal ones a closed over an open geometry, else the later.
+    #: Where geometries overlap the higher priority wins. Default ``0``.
     priority: int
-    #: How cells are decided where the surface is not closed.
+    #: How cells are decided where its surface is not closed, if not as the job says. ``winding``: by the rays of three axes where they
+    #: agree, elsewhere by the generalised winding number. ``vote``: by most of the three axes whose rays cross it an even number of times:
+    #: for surfaces that cannot be oriented. ``error``: not at all: an error. ``parity``: by the rays of one axis, up to the last matched
+    #: pair of crossings of each.
     open: Literal["winding", "vote", "error", "parity"]
-    #: Which cells it has besides those whose centres lie inside.
+    #: Which cells along its surface it has as well, if not as the job says. ``centre``: none. ``conservative``: every cell whose box the
+    #: surface touches. ``separating``: the cells that separate the two sides of the surface: no path from face neighbour to face neighbour
+    #: leads through it.
     fill: Literal["centre", "conservative", "separating"]
-    #: Only the cells along the surface, none for being inside.
+    #: Only the cells along its surface, and none for being inside; by default the ``separating`` ones.
     shell: bool
-    #: The cells outside of it in place of those inside, such as the fluid around a body.
+    #: The cells outside of it instead of those inside: the fluid around a body, or within a wall that fills the rest of the domain.
     invert: bool
     #: Largest size of a cell across it, where lines are generated (``graded``).
     max_size: float
     #: Fewest cells across it along every axis, where lines are generated.
     min_cells: int
-    #: Whether it is metal: generated lines lie a third of a cell inside of its edges and two thirds outside.
+    #: Whether it is metal: where lines are generated, those nearest to its edges lie a third of a cell inside and two thirds outside.
     metal: bool
-    #: What it is made of, passed on to every output: ``eps_r``, ``mu_r``, ``sigma`` (S/m), ``pec``, ``density`` (kg/m3), ``E`` (Pa), ``nu``.
+    #: What it is made of: passed on to every output. Keys: ``eps_r``, ``mu_r``, ``sigma``, ``pec``, ``density``, ``E``, ``nu``.
     material: Mapping[str, Any]
-    #: Scales first: a number, or three for x, y, z.
+    #: Scales first.
     scale: PerAxis
     #: Then rotates about x, y and z, in degrees.
     rotate: Sequence[float]
     #: The point about which it rotates, where it is once scaled; by default the origin.
     about: Sequence[float]
-    #: Then moves, in the unit of the result.
+    #: Then moves.
     translate: Sequence[float]
 
 
 class JobOptions(TypedDict, total=False):
     """The options of a mesh: the keys of a job file. Lengths are in the unit of the surfaces."""
 
-    #: Two corners of the box, ``(x0, y0, z0, x1, y1, z1)``; by default the box around all geometries.
+    #: Two corners of the box, x0 y0 z0 x1 y1 z1; otherwise the box around all geometries.
     domain: Sequence[float]
-    #: Space around the geometries on both sides: ``{"cells": 4}`` or ``{"length": 0.5}``, a number or three for x, y, z.
+    #: Space around the domain, or around the box of the geometries.
     padding: Mapping[str, PerAxis]
-    #: Cubic cells, so many along the longest axis; 128 where no size is given.
+    #: Cubic cells, so many along the longest axis.
     cells: int
-    #: Exactly so many cells on x, y and z.
+    #: Exactly so many cells on x, y and z, over the domain; padding by cells comes on top.
     dims: Sequence[int]
-    #: Cell size, a number or three for x, y, z.
+    #: Cell size on all axes or each.
     cell_size: PerAxis
     #: The largest size per axis, at most this, that puts every end point of every bounding box on a mesh line.
     max_cell_size: float
-    #: How far from a mesh line, in cells, ``max_cell_size`` lets an end point lie, 0 to 0.5; by default 0.05.
+    #: Largest distance of an end point from its mesh line, in cells, with ``max_cell_size``: 0 to 0.5, by default 0.05.
     tolerance: float
-    #: All lines of each axis, ascending: ``{"x": [...], "y": [...], "z": [...]}``; cells may differ in size.
+    #: All lines of each axis. Keys: ``x``, ``y``, ``z``.
     lines: Mapping[str, Sequence[float]]
-    #: Generates lines of cells that differ in size: ``max_size``, and ``min_size``, ``growth``, ``absorbing`` if not as by default.
+    #: Generates lines of cells that differ in size. Keys: ``max_size``, ``min_size``, ``growth``, ``absorbing``.
     graded: Mapping[str, Any]
-    #: Most cells, by default 10^12; a mesh of more is refused before it starts.
+    #: Most cells, however they are chosen; without it only those of an axis are limited. A mesh of more is refused before it starts.
     max_cells: int
-    #: Meshes only some cells of the box, ``(i0, j0, k0, i1, j1, k1)``: the first, and the end, exclusive.
+    #: Meshes only some cells of the box, i0 j0 k0 i1 j1 k1: the first on each axis, and the end, exclusive. Lines, flags and all else are
+    #: those of the whole box.
     window: Sequence[int]
-    #: Meshes one of the windows that the box is divided into: ``"3/64"`` of slabs across z, ``"3/4x4x4"`` of boxes.
+    #: Meshes only one of the windows that the box is divided into. Keys: ``index``, ``of``.
     part: Union[str, Mapping[str, Any]]
-    #: Cells beyond the window or the part, on both sides of every axis.
+    #: Cells around the window or the part that are also meshed, on both sides of every axis.
     halo: int
-    #: What the halo has beyond the box: background, the default, or the flag of the nearest cell of the box.
+    #: What the halo has beyond the box; by default background. ``background``: background. ``clamp``: the flag of the nearest cell of the
+    #: box.
     halo_edge: Literal["background", "clamp"]
-    #: Shapes of Zarr stores: ``chunks`` and ``shards`` as cells on x, y, z, or ``shard_bytes``. Where it is given, parts are cut along
-    #: the borders of shards.
+    #: Shapes of the chunks and shards of a Zarr store. Where it is given, parts are cut along the borders of shards. Keys: ``chunks``,
+    #: ``shards``, ``shard_bytes``.
     zarr: Mapping[str, Any]
-    #: What is inside: an odd number of crossings, or a winding number other than 0, which unites shells that overlap.
+    #: What is inside a surface. ``parity``: inside is where a ray has crossed the surface an odd number of times. Facet orientation does
+    #: not matter. ``nonzero``: inside is where the winding number is not zero. Overlapping shells unite; orientation matters. Default
+    #: ``parity``.
     rule: Literal["parity", "nonzero"]
-    #: As for a geometry, for all that do not say.
+    #: How cells are decided where a surface is not closed; a geometry may say otherwise. ``winding``: by the rays of three axes where they
+    #: agree, elsewhere by the generalised winding number. ``vote``: by most of the three axes whose rays cross it an even number of times:
+    #: for surfaces that cannot be oriented. ``error``: not at all: an error. ``parity``: by the rays of one axis, up to the last matched
+    #: pair of crossings of each. Default ``winding``.
     open: Literal["winding", "vote", "error", "parity"]
-    #: As for a geometry, for all that do not say.
+    #: Which cells geometries have besides those whose centres lie inside; a geometry may say otherwise. ``centre``: none.
+    #: ``conservative``: every cell whose box the surface touches. ``separating``: the cells that separate the two sides of the surface: no
+    #: path from face neighbour to face neighbour leads through it. Default ``centre``.
     fill: Literal["centre", "conservative", "separating"]
-    #: As for a geometry, for all.
+    #: Whether every solid of every file is a geometry of its own, as ``split`` of a geometry.
     split: bool
-    #: As for a geometry, for all.
+    #: Whether every geometry has the cells outside of it, as ``invert`` of a geometry.
     invert: bool
-    #: Closes openings narrower than so many cells, at least 2.
+    #: Closes openings narrower than this number of cells, at least 2.
     close_gaps: int
-    #: Flag of the cells that this adds, 1 to 255.
+    #: Flag of the cells that this adds, 1 to 255; by default one more than the greatest flag of a geometry.
     gap_flag: int
-    #: Looks for thin walls and for cells that two geometries claim: ``report["certificate"]``.
+    #: Looks for thin walls and for cells that two geometries claim.
     certify: bool
     #: Leaves out the checks that are made of every mesh: whether shells have no cell, or another volume than their surface.
     quick: bool
-    #: Walls of fewer cells are thin.
+    #: Walls of fewer cells are thin, at least 1; by default 2.
     thin_cells: int
-    #: Links from cells of a fluid to surfaces, counted in ``report["links"]``: ``stencil``, such as ``"D3Q19"``, and ``fluid``, a list of flags.
+    #: Measures the links from cells of a fluid to surfaces. Keys: ``stencil``, ``fluid``.
     links: Mapping[str, Any]
     #: Axes along which the box continues with itself, so that links lead through its sides.
     periodic: Sequence[Literal["x", "y", "z"]]
-    #: Cells that surfaces cut, and the volumes of flags, in ``report["fractions"]``: ``rays``, those of a cell along each axis;
-    #: ``surfaces``, whether to add the areas of geometries.
+    #: Measures the fraction of each flag in the cells that surfaces cut. Keys: ``rays``, ``faces``, ``surfaces``.
     fractions: Mapping[str, Any]
-    #: Points of a staggered grid, counted in ``report["staggered"]``.
+    #: Finds the flags at the points of a staggered grid.
     staggered: bool
     #: Flags of perfect conductors on a staggered grid: all edges of their cells conduct, not only those within the surface.
     conductors: Sequence[int]
-    #: Who meshes; ``"auto"`` takes a GPU where there is one. The cells do not depend on it.
+    #: What meshes: the GPU or the CPU. ``auto``: the GPU where there is an adapter, else the CPU. ``gpu``: the GPU; an error where there
+    #: is none. ``cpu``: the CPU. Default ``auto``.
     backend: Literal["auto", "gpu", "cpu"]
-    #: Along which axis the rays run; the cells do not depend on it.
+    #: Along which axis the rays run. ``auto``: the axis with most cells. ``x``: along x. ``y``: along y. ``z``: along z. Default ``auto``.
     axis: Literal["auto", "x", "y", "z"]
-    #: Most bytes of memory to take, as a number or text such as ``"2GB"``; by default 3/4 of what is available.
+    #: Most bytes of memory to take, as a number or as text such as "2GB"; what does not fit is refused before it starts.
     max_memory: Union[int, str]
-    #: Unit of lengths, such as ``"mm"``; repeated in every output.
+    #: Unit of the files' lengths, such as "mm"; repeated in every output.
     unit: str
-    #: Name and material of the cells of no geometry, flag 0: ``{"name": "air", "material": {"eps_r": 1}}``.
+    #: Name and substance of the cells of no geometry, flag 0. Keys: ``name``, ``material``.
     background: Mapping[str, Any]
 
 
 #: Names of the options of a geometry, and of a job.
 GEOMETRY_KEYS = tuple(GeometryOptions.__annotations__)
 JOB_KEYS = tuple(JobOptions.__annotations__)
-
-
-def check_names(given: Iterable[object], names: Sequence[str], what: str) -> None:
-    """Refuses a name that is not one of these, and names the nearest."""
-    for name in given:
-        if name in names:
-            continue
-        near = difflib.get_close_matches(str(name), names, n=1, cutoff=0.0)
-        message = f'there is no {what} "{name}"; the nearest is "{near[0]}"'
-        raise InvalidType(message, "job-value", f"{what}s are {', '.join(names)}")

@@ -11,7 +11,8 @@ const DEFAULT_RAYS: u32 = 4;
 #[serde(default, deny_unknown_fields)]
 #[non_exhaustive]
 pub struct FractionsJob {
-    /// m: a cell has m x m rays. 1, 2, 4, 8 or 16; by default 4.
+    /// Rays of a cell along each of two axes: 1, 2, 4, 8 or 16; by default 4. The fraction of a cell that one plane cuts is off by less than
+    /// 1 / rays.
     pub rays: u32,
     /// Also measures which fraction of each face of these cells a flag has.
     pub faces: bool,

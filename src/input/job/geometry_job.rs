@@ -25,13 +25,14 @@ pub struct GeometryJob {
     /// With `split` and `flag` every solid has this flag, in place of flags that count up.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub same_flag: bool,
-    /// Name in reports and outputs.
+    /// Name in reports and outputs; by default the file's without its extension.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// Property flag, 1 to 255; by default 1, 2, ... in the order of the job.
+    /// Flag of its cells, 1 to 255; by default 1, 2, ... in the order of the job.
     #[serde(deserialize_with = "numbers::flag", skip_serializing_if = "Option::is_none")]
     pub flag: Option<u8>,
-    /// Where geometries overlap the higher priority wins.
+    /// Where geometries overlap, the higher priority wins; of equal ones a geometry that is closed or flat wins over one that is not, else the
+    /// later.
     pub priority: i32,
     /// How cells are decided where its surface is not closed, if not as the job says.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -45,19 +46,19 @@ pub struct GeometryJob {
     /// The cells outside of it instead of those inside: the fluid around a body, or within a wall that fills the rest of the domain.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub invert: bool,
-    /// Largest size of a cell across it, where lines are generated (`graded`).
+    /// With `graded`: largest size of a cell across it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_size: Option<f64>,
-    /// Fewest cells across it along every axis, where lines are generated.
+    /// With `graded`: fewest cells across it along every axis, at least 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub min_cells: Option<u32>,
-    /// Whether it is metal: where lines are generated, those nearest to its edges lie a third of a cell inside and two thirds outside.
+    /// With `graded`: whether it is metal, so that the lines nearest to its edges lie a third of a cell inside and two thirds outside.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub metal: bool,
-    /// What it is made of: passed on to every output.
+    /// What it is made of: passed on to every output, and not used otherwise.
     #[serde(skip_serializing_if = "Material::is_empty")]
     pub material: Material,
-    /// Scales first.
+    /// Scales first: one factor, or one an axis.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scale: Option<PerAxis<f64>>,
     /// Then rotates about x, y and z, in degrees.
@@ -66,7 +67,7 @@ pub struct GeometryJob {
     /// The point about which it rotates, where it is once scaled; by default the origin.
     #[serde(deserialize_with = "numbers::list", skip_serializing_if = "Option::is_none")]
     pub about: Option<[f64; 3]>,
-    /// Then moves.
+    /// Then moves, in the unit of the result.
     #[serde(deserialize_with = "numbers::list", skip_serializing_if = "Option::is_none")]
     pub translate: Option<[f64; 3]>,
 }

@@ -50,10 +50,10 @@ pub struct GradedJob {
     /// Smallest size of a cell; by default a thousandth of the largest. Of ends that are closer to each other one is left off the lines.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub min_size: Option<f64>,
-    /// Largest ratio of neighbouring cells, above 1; by default 1.3.
+    /// Largest ratio of neighbouring cells, 1.01 to 10; by default 1.3.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub growth: Option<f64>,
-    /// Cells added on both sides of every axis, of the size of the cell at that end: for absorbing layers.
+    /// Cells added on both sides of every axis, of the size of the cell at that end, up to 1,024: for absorbing layers.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub absorbing: Option<PerAxis<u32>>,
 }

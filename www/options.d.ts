@@ -1,0 +1,196 @@
+/** The job: what is meshed, and how. Made by `npm run options` of docs/job.schema.json. */
+import type { GeometrySource, Numbers } from './job.js';
+import type { Triple } from './result.js';
+
+/** Properties of a substance, all optional, in SI units whatever the unit of lengths. */
+export interface Material {
+  /** Relative permittivity, positive. */
+  eps_r?: number;
+  /** Relative permeability, positive. */
+  mu_r?: number;
+  /** Electric conductivity in S/m, 0 or positive. */
+  sigma?: number;
+  /** Whether it is a perfect electric conductor: JSON has no infinite `sigma`. */
+  pec?: boolean;
+  /** Density in kg/m3, positive. */
+  density?: number;
+  /** Young's modulus in Pa, positive. */
+  E?: number;
+  /** Poisson's ratio, greater than -1 and less than 0.5. */
+  nu?: number;
+}
+
+/** A surface, the name and flag of its cells, and its transform. */
+export interface GeometryJob {
+  /** The facets. */
+  source: GeometrySource;
+  /** Name of the file in reports; by default that of the File, or `geometry-1`, ... */
+  file?: string;
+  /** Takes only the solid of this name from an ASCII file of several. */
+  solid?: string;
+  /** Makes every solid of the file a geometry of its own, named like the solid, flags counting up. */
+  split?: boolean;
+  /** With `split` and `flag` every solid has this flag, in place of flags that count up. */
+  same_flag?: boolean;
+  /** Name in reports and outputs. */
+  name?: string;
+  /** Property flag, 1 to 255; by default 1, 2, ... in the order of the job. */
+  flag?: number;
+  /** Where geometries overlap the higher priority wins. Default `0`. */
+  priority?: number;
+  /**
+   * How cells are decided where its surface is not closed, if not as the job says. `winding`: by the rays of three axes where they agree,
+   * elsewhere by the generalised winding number. `vote`: by most of the three axes whose rays cross it an even number of times: for surfaces
+   * that cannot be oriented. `error`: not at all: an error. `parity`: by the rays of one axis, up to the last matched pair of crossings of
+   * each.
+   */
+  open?: 'winding' | 'vote' | 'error' | 'parity';
+  /**
+   * Which cells along its surface it has as well, if not as the job says. `centre`: none. `conservative`: every cell whose box the surface
+   * touches. `separating`: the cells that separate the two sides of the surface: no path from face neighbour to face neighbour leads through
+   * it.
+   */
+  fill?: 'centre' | 'conservative' | 'separating';
+  /** Only the cells along its surface, and none for being inside; by default the `separating` ones. */
+  shell?: boolean;
+  /** The cells outside of it instead of those inside: the fluid around a body, or within a wall that fills the rest of the domain. */
+  invert?: boolean;
+  /** Largest size of a cell across it, where lines are generated (`graded`). */
+  max_size?: number;
+  /** Fewest cells across it along every axis, where lines are generated. */
+  min_cells?: number;
+  /** Whether it is metal: where lines are generated, those nearest to its edges lie a third of a cell inside and two thirds outside. */
+  metal?: boolean;
+  /** What it is made of: passed on to every output. */
+  material?: Material;
+  /** Scales first. */
+  scale?: number | Triple;
+  /** Then rotates about x, y and z, in degrees. */
+  rotate?: Triple;
+  /** The point about which it rotates, where it is once scaled; by default the origin. */
+  about?: Triple;
+  /** Then moves. */
+  translate?: Triple;
+}
+
+/** Lines that are generated: on every end of every geometry's box, close where geometries are small, far elsewhere. */
+export interface GradedJob {
+  /** Largest size of a cell on all axes or each. */
+  max_size: number | Triple;
+  /** Smallest size of a cell; by default a thousandth of the largest. Of ends that are closer to each other one is left off the lines. */
+  min_size?: number;
+  /** Largest ratio of neighbouring cells, above 1; by default 1.3. */
+  growth?: number;
+  /** Cells added on both sides of every axis, of the size of the cell at that end: for absorbing layers. */
+  absorbing?: number | Triple;
+}
+
+/** Asks for the distances from cells of a fluid to surfaces along links. */
+export interface LinksJob {
+  /**
+   * The directions. `D3Q7`: over the 6 faces. `D3Q15`: over faces and the 8 corners. `D3Q19`: over faces and the 12 edges. `D3Q27`: over
+   * faces, edges and corners. Default `D3Q19`.
+   */
+  stencil?: 'D3Q7' | 'D3Q15' | 'D3Q19' | 'D3Q27';
+  /** Flags of the fluid; by default 0, the background. */
+  fluid?: readonly number[];
+}
+
+/** Asks for the fraction of each flag in the cells that surfaces cut. */
+export interface FractionsJob {
+  /** m: a cell has m x m rays. 1, 2, 4, 8 or 16; by default 4. */
+  rays?: number;
+  /** Also measures which fraction of each face of these cells a flag has. */
+  faces?: boolean;
+  /** Also measures area, centre and normal of the surface of each geometry in each cell. */
+  surfaces?: boolean;
+}
+
+/** What is meshed and how: the native job file, with sources in place of file names. */
+export interface Job {
+  /** The geometries, in order: where two of equal priority overlap, one that is closed or flat wins over one that is not, else the later. */
+  geometries: readonly GeometryJob[];
+  /** Two corners of the box, x0 y0 z0 x1 y1 z1; otherwise the box around all geometries. */
+  domain?: readonly [number, number, number, number, number, number];
+  /** Space around the domain, or around the box of the geometries. */
+  padding?: { readonly cells: number | Triple } | { readonly length: number | Triple };
+  /** Cubic cells, so many along the longest axis. */
+  cells?: number;
+  /** Exactly so many cells on x, y and z, over the domain; padding by cells comes on top. */
+  dims?: Triple;
+  /** Cell size on all axes or each. */
+  cell_size?: number | Triple;
+  /** The largest size per axis, at most this, that puts every end point of every bounding box on a mesh line. */
+  max_cell_size?: number;
+  /** Largest distance of an end point from its mesh line, in cells, with `max_cell_size`: 0 to 0.5, by default 0.05. */
+  tolerance?: number;
+  /** All lines of each axis. */
+  lines?: { readonly x: Numbers; readonly y: Numbers; readonly z: Numbers };
+  /** Generates lines of cells that differ in size. */
+  graded?: GradedJob;
+  /** Most cells, however they are chosen; without it only those of an axis are limited. A mesh of more is refused before it starts. */
+  max_cells?: number;
+  /**
+   * Meshes only some cells of the box, i0 j0 k0 i1 j1 k1: the first on each axis, and the end, exclusive. Lines, flags and all else are those
+   * of the whole box.
+   */
+  window?: readonly [number, number, number, number, number, number];
+  /** Meshes only one of the windows that the box is divided into. */
+  part?: { readonly index: number; readonly of: Triple };
+  /** Cells around the window or the part that are also meshed, on both sides of every axis. */
+  halo?: number;
+  /** What the halo has beyond the box; by default background. `background`: background. `clamp`: the flag of the nearest cell of the box. */
+  halo_edge?: 'background' | 'clamp';
+  /** Shapes of the chunks and shards of a Zarr store. Where it is given, parts are cut along the borders of shards. */
+  zarr?: { readonly chunks?: Triple; readonly shards?: Triple; readonly shard_bytes?: number | string };
+  /**
+   * What is inside a surface. `parity`: inside is where a ray has crossed the surface an odd number of times. Facet orientation does not
+   * matter. `nonzero`: inside is where the winding number is not zero. Overlapping shells unite; orientation matters. Default `parity`.
+   */
+  rule?: 'parity' | 'nonzero';
+  /**
+   * How cells are decided where a surface is not closed; a geometry may say otherwise. `winding`: by the rays of three axes where they agree,
+   * elsewhere by the generalised winding number. `vote`: by most of the three axes whose rays cross it an even number of times: for surfaces
+   * that cannot be oriented. `error`: not at all: an error. `parity`: by the rays of one axis, up to the last matched pair of crossings of
+   * each. Default `winding`.
+   */
+  open?: 'winding' | 'vote' | 'error' | 'parity';
+  /**
+   * Which cells geometries have besides those whose centres lie inside; a geometry may say otherwise. `centre`: none. `conservative`: every
+   * cell whose box the surface touches. `separating`: the cells that separate the two sides of the surface: no path from face neighbour to
+   * face neighbour leads through it. Default `centre`.
+   */
+  fill?: 'centre' | 'conservative' | 'separating';
+  /** Whether every solid of every file is a geometry of its own, as `split` of a geometry. */
+  split?: boolean;
+  /** Whether every geometry has the cells outside of it, as `invert` of a geometry. */
+  invert?: boolean;
+  /** Closes openings narrower than this number of cells, at least 2. */
+  close_gaps?: number;
+  /** Flag of the cells that this adds, 1 to 255; by default one more than the greatest flag of a geometry. */
+  gap_flag?: number;
+  /** Looks for thin walls and for cells that two geometries claim. */
+  certify?: boolean;
+  /** Leaves out the checks that are made of every mesh: whether shells have no cell, or another volume than their surface. */
+  quick?: boolean;
+  /** Walls of fewer cells are thin, at least 1; by default 2. */
+  thin_cells?: number;
+  /** Measures the links from cells of a fluid to surfaces. */
+  links?: LinksJob;
+  /** Axes along which the box continues with itself, so that links lead through its sides. */
+  periodic?: readonly ('x' | 'y' | 'z')[];
+  /** Measures the fraction of each flag in the cells that surfaces cut. */
+  fractions?: FractionsJob;
+  /** Finds the flags at the points of a staggered grid. */
+  staggered?: boolean;
+  /** Flags of perfect conductors on a staggered grid: all edges of their cells conduct, not only those within the surface. */
+  conductors?: readonly number[];
+  /** Along which axis the rays run. `auto`: the axis with most cells. `x`: along x. `y`: along y. `z`: along z. Default `auto`. */
+  axis?: 'auto' | 'x' | 'y' | 'z';
+  /** Most bytes of memory to take, as a number or as text such as "2GB"; what does not fit is refused before it starts. */
+  max_memory?: number | string;
+  /** Unit of the files' lengths, such as "mm"; repeated in every output. */
+  unit?: string;
+  /** Name and substance of the cells of no geometry, flag 0. */
+  background?: { readonly name?: string; readonly material?: Material };
+}
