@@ -145,7 +145,7 @@ fn a_plate_with_the_cells_along_its_surface_is_told_who_has_them() {
             let sentence = "geometry \"box 1\" (flag 2) got no cell: its cells are those of \"box 0\" (flag 1), which wins; \
                             give it a higher priority";
             assert_eq!(found(true), [sentence], "{fill:?}");
-            assert_eq!(found(false), Vec::<String>::new(), "{fill:?}");
+            assert!(found(false).iter().all(|warning| !warning.contains("got no cell")), "{fill:?}");
         }
     }
 }

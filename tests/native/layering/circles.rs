@@ -225,6 +225,7 @@ fn planted_circles_are_found() {
             1,
         ),
         ("a folder that uses a later one", &[("a/x.rs", "use crate::b::B;"), ("b.rs", "use crate::a::x::X;")], 1),
+        ("the scope of an item", &[("a.rs", "mod b;\nfn g() { b::f() }"), ("a/b.rs", "pub(in crate::a) fn f() {}")], 0),
         (
             "comments and tests",
             &[("a.rs", "mod b;\n// use b::B;"), ("a/b.rs", "#[cfg(test)]\nmod tests {\n    use super::*;\n}")],
