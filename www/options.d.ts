@@ -32,11 +32,14 @@ export interface GeometryJob {
   split?: boolean;
   /** With `split` and `flag` every solid has this flag, in place of flags that count up. */
   same_flag?: boolean;
-  /** Name in reports and outputs. */
+  /** Name in reports and outputs; by default the file's without its extension. */
   name?: string;
-  /** Property flag, 1 to 255; by default 1, 2, ... in the order of the job. */
+  /** Flag of its cells, 1 to 255; by default 1, 2, ... in the order of the job. */
   flag?: number;
-  /** Where geometries overlap the higher priority wins. Default `0`. */
+  /**
+   * Where geometries overlap, the higher priority wins; of equal ones a geometry that is closed or flat wins over one that is not, else the
+   * later. Default `0`.
+   */
   priority?: number;
   /**
    * How cells are decided where its surface is not closed, if not as the job says. `winding`: by the rays of three axes where they agree,
@@ -55,21 +58,21 @@ export interface GeometryJob {
   shell?: boolean;
   /** The cells outside of it instead of those inside: the fluid around a body, or within a wall that fills the rest of the domain. */
   invert?: boolean;
-  /** Largest size of a cell across it, where lines are generated (`graded`). */
+  /** With `graded`: largest size of a cell across it. */
   max_size?: number;
-  /** Fewest cells across it along every axis, where lines are generated. */
+  /** With `graded`: fewest cells across it along every axis, at least 1. */
   min_cells?: number;
-  /** Whether it is metal: where lines are generated, those nearest to its edges lie a third of a cell inside and two thirds outside. */
+  /** With `graded`: whether it is metal, so that the lines nearest to its edges lie a third of a cell inside and two thirds outside. */
   metal?: boolean;
-  /** What it is made of: passed on to every output. */
+  /** What it is made of: passed on to every output, and not used otherwise. */
   material?: Material;
-  /** Scales first. */
+  /** Scales first: one factor, or one an axis. */
   scale?: number | Triple;
   /** Then rotates about x, y and z, in degrees. */
   rotate?: Triple;
   /** The point about which it rotates, where it is once scaled; by default the origin. */
   about?: Triple;
-  /** Then moves. */
+  /** Then moves, in the unit of the result. */
   translate?: Triple;
 }
 
@@ -79,9 +82,9 @@ export interface GradedJob {
   max_size: number | Triple;
   /** Smallest size of a cell; by default a thousandth of the largest. Of ends that are closer to each other one is left off the lines. */
   min_size?: number;
-  /** Largest ratio of neighbouring cells, above 1; by default 1.3. */
+  /** Largest ratio of neighbouring cells, 1.01 to 10; by default 1.3. */
   growth?: number;
-  /** Cells added on both sides of every axis, of the size of the cell at that end: for absorbing layers. */
+  /** Cells added on both sides of every axis, of the size of the cell at that end, up to 1,024: for absorbing layers. */
   absorbing?: number | Triple;
 }
 
@@ -98,7 +101,10 @@ export interface LinksJob {
 
 /** Asks for the fraction of each flag in the cells that surfaces cut. */
 export interface FractionsJob {
-  /** m: a cell has m x m rays. 1, 2, 4, 8 or 16; by default 4. */
+  /**
+   * Rays of a cell along each of two axes: 1, 2, 4, 8 or 16; by default 4. The fraction of a cell that one plane cuts is off by less than 1 /
+   * rays.
+   */
   rays?: number;
   /** Also measures which fraction of each face of these cells a flag has. */
   faces?: boolean;
@@ -110,23 +116,26 @@ export interface FractionsJob {
 export interface Job {
   /** The geometries, in order: where two of equal priority overlap, one that is closed or flat wins over one that is not, else the later. */
   geometries: readonly GeometryJob[];
-  /** Two corners of the box, x0 y0 z0 x1 y1 z1; otherwise the box around all geometries. */
+  /** Two corners of the box, x0 y0 z0 x1 y1 z1; by default the box around all geometries. */
   domain?: readonly [number, number, number, number, number, number];
-  /** Space around the domain, or around the box of the geometries. */
+  /** Space added on both sides of every axis, to `domain` or to the box around the geometries: whole cells, or a length. */
   padding?: { readonly cells: number | Triple } | { readonly length: number | Triple };
-  /** Cubic cells, so many along the longest axis. */
+  /**
+   * Cubic cells, so many along the longest axis; 128 where no size is given. At most one of `cells`, `dims`, `cell_size`, `max_cell_size`,
+   * `lines` and `graded` is given.
+   */
   cells?: number;
   /** Exactly so many cells on x, y and z, over the domain; padding by cells comes on top. */
   dims?: Triple;
   /** Cell size on all axes or each. */
   cell_size?: number | Triple;
-  /** The largest size per axis, at most this, that puts every end point of every bounding box on a mesh line. */
+  /** Upper limit of the cell size: the largest size per axis, at most this, that puts every end point of every bounding box on a mesh line. */
   max_cell_size?: number;
   /** Largest distance of an end point from its mesh line, in cells, with `max_cell_size`: 0 to 0.5, by default 0.05. */
   tolerance?: number;
-  /** All lines of each axis. */
+  /** All lines of each axis, ascending, in the unit of the files: cells + 1 numbers each, at most 262,143. The first and the last are the domain. */
   lines?: { readonly x: Numbers; readonly y: Numbers; readonly z: Numbers };
-  /** Generates lines of cells that differ in size. */
+  /** Generates lines of cells that differ in size: one on every end of every geometry's box, close where geometries are small, far elsewhere. */
   graded?: GradedJob;
   /** Most cells, however they are chosen; without it only those of an axis are limited. A mesh of more is refused before it starts. */
   max_cells?: number;
@@ -135,13 +144,19 @@ export interface Job {
    * of the whole box.
    */
   window?: readonly [number, number, number, number, number, number];
-  /** Meshes only one of the windows that the box is divided into. */
+  /** Meshes only one of the windows that the box is divided into: `index` from 1 on, x fastest, `of` so many along x, y and z. */
   part?: { readonly index: number; readonly of: Triple };
   /** Cells around the window or the part that are also meshed, on both sides of every axis. */
   halo?: number;
-  /** What the halo has beyond the box; by default background. `background`: background. `clamp`: the flag of the nearest cell of the box. */
+  /**
+   * What the halo has beyond the box: background, the default, or the flag of the nearest cell of the box. `background`: background. `clamp`:
+   * the flag of the nearest cell of the box.
+   */
   halo_edge?: 'background' | 'clamp';
-  /** Shapes of the chunks and shards of a Zarr store. Where it is given, parts are cut along the borders of shards. */
+  /**
+   * Shapes of the chunks and shards of a Zarr store, as cells on x, y, z, or most bytes of a shard. Where it is given, parts are cut along the
+   * borders of shards.
+   */
   zarr?: { readonly chunks?: Triple; readonly shards?: Triple; readonly shard_bytes?: number | string };
   /**
    * What is inside a surface. `parity`: inside is where a ray has crossed the surface an odd number of times. Facet orientation does not
@@ -165,11 +180,14 @@ export interface Job {
   split?: boolean;
   /** Whether every geometry has the cells outside of it, as `invert` of a geometry. */
   invert?: boolean;
-  /** Closes openings narrower than this number of cells, at least 2. */
+  /**
+   * Closes openings narrower than this number of cells along x, y or z, at least 2, and no wider ones: background cells get `gap_flag` if
+   * fewer than that many in a row lie between flagged cells. Dents and slits as narrow as that are filled, too.
+   */
   close_gaps?: number;
-  /** Flag of the cells that this adds, 1 to 255; by default one more than the greatest flag of a geometry. */
+  /** Flag of the cells that `close_gaps` adds, 1 to 255; by default one more than the greatest flag of a geometry. */
   gap_flag?: number;
-  /** Looks for thin walls and for cells that two geometries claim. */
+  /** Looks for thin walls and for cells that two geometries claim; takes several times as long as a mesh on the CPU. */
   certify?: boolean;
   /** Leaves out the checks that are made of every mesh: whether shells have no cell, or another volume than their surface. */
   quick?: boolean;
@@ -181,11 +199,14 @@ export interface Job {
   periodic?: readonly ('x' | 'y' | 'z')[];
   /** Measures the fraction of each flag in the cells that surfaces cut. */
   fractions?: FractionsJob;
-  /** Finds the flags at the points of a staggered grid. */
+  /** Finds the flags at the points of a staggered (Yee) grid. */
   staggered?: boolean;
   /** Flags of perfect conductors on a staggered grid: all edges of their cells conduct, not only those within the surface. */
   conductors?: readonly number[];
-  /** Along which axis the rays run. `auto`: the axis with most cells. `x`: along x. `y`: along y. `z`: along z. Default `auto`. */
+  /**
+   * Along which axis the rays run; the cells do not depend on it. `auto`: the axis with most cells. `x`: along x. `y`: along y. `z`: along z.
+   * Default `auto`.
+   */
   axis?: 'auto' | 'x' | 'y' | 'z';
   /** Most bytes of memory to take, as a number or as text such as "2GB"; what does not fit is refused before it starts. */
   max_memory?: number | string;

@@ -24,11 +24,12 @@ class GeometryOptions(TypedDict, total=False):
     split: bool
     #: With ``split`` and ``flag`` every solid has this flag, in place of flags that count up.
     same_flag: bool
-    #: Name in reports and outputs.
+    #: Name in reports and outputs; by default the file's without its extension.
     name: str
-    #: Property flag, 1 to 255; by default 1, 2, ... in the order of the job.
+    #: Flag of its cells, 1 to 255; by default 1, 2, ... in the order of the job.
     flag: int
-    #: Where geometries overlap the higher priority wins. Default ``0``.
+    #: Where geometries overlap, the higher priority wins; of equal ones a geometry that is closed or flat wins over one that is not, else
+    #: the later. Default ``0``.
     priority: int
     #: How cells are decided where its surface is not closed, if not as the job says. ``winding``: by the rays of three axes where they
     #: agree, elsewhere by the generalised winding number. ``vote``: by most of the three axes whose rays cross it an even number of times:
@@ -43,59 +44,65 @@ class GeometryOptions(TypedDict, total=False):
     shell: bool
     #: The cells outside of it instead of those inside: the fluid around a body, or within a wall that fills the rest of the domain.
     invert: bool
-    #: Largest size of a cell across it, where lines are generated (``graded``).
+    #: With ``graded``: largest size of a cell across it.
     max_size: float
-    #: Fewest cells across it along every axis, where lines are generated.
+    #: With ``graded``: fewest cells across it along every axis, at least 1.
     min_cells: int
-    #: Whether it is metal: where lines are generated, those nearest to its edges lie a third of a cell inside and two thirds outside.
+    #: With ``graded``: whether it is metal, so that the lines nearest to its edges lie a third of a cell inside and two thirds outside.
     metal: bool
-    #: What it is made of: passed on to every output. Keys: ``eps_r``, ``mu_r``, ``sigma``, ``pec``, ``density``, ``E``, ``nu``.
+    #: What it is made of: passed on to every output, and not used otherwise. Keys: ``eps_r``, ``mu_r``, ``sigma``, ``pec``, ``density``,
+    #: ``E``, ``nu``.
     material: Mapping[str, Any]
-    #: Scales first.
+    #: Scales first: one factor, or one an axis.
     scale: PerAxis
     #: Then rotates about x, y and z, in degrees.
     rotate: Sequence[float]
     #: The point about which it rotates, where it is once scaled; by default the origin.
     about: Sequence[float]
-    #: Then moves.
+    #: Then moves, in the unit of the result.
     translate: Sequence[float]
 
 
 class JobOptions(TypedDict, total=False):
     """The options of a mesh: the keys of a job file. Lengths are in the unit of the surfaces."""
 
-    #: Two corners of the box, x0 y0 z0 x1 y1 z1; otherwise the box around all geometries.
+    #: Two corners of the box, x0 y0 z0 x1 y1 z1; by default the box around all geometries.
     domain: Sequence[float]
-    #: Space around the domain, or around the box of the geometries.
+    #: Space added on both sides of every axis, to ``domain`` or to the box around the geometries: whole cells, or a length.
     padding: Mapping[str, PerAxis]
-    #: Cubic cells, so many along the longest axis.
+    #: Cubic cells, so many along the longest axis; 128 where no size is given. At most one of ``cells``, ``dims``, ``cell_size``,
+    #: ``max_cell_size``, ``lines`` and ``graded`` is given.
     cells: int
     #: Exactly so many cells on x, y and z, over the domain; padding by cells comes on top.
     dims: Sequence[int]
     #: Cell size on all axes or each.
     cell_size: PerAxis
-    #: The largest size per axis, at most this, that puts every end point of every bounding box on a mesh line.
+    #: Upper limit of the cell size: the largest size per axis, at most this, that puts every end point of every bounding box on a mesh
+    #: line.
     max_cell_size: float
     #: Largest distance of an end point from its mesh line, in cells, with ``max_cell_size``: 0 to 0.5, by default 0.05.
     tolerance: float
-    #: All lines of each axis. Keys: ``x``, ``y``, ``z``.
+    #: All lines of each axis, ascending, in the unit of the files: cells + 1 numbers each, at most 262,143. The first and the last are the
+    #: domain. Keys: ``x``, ``y``, ``z``.
     lines: Mapping[str, Sequence[float]]
-    #: Generates lines of cells that differ in size. Keys: ``max_size``, ``min_size``, ``growth``, ``absorbing``.
+    #: Generates lines of cells that differ in size: one on every end of every geometry's box, close where geometries are small, far
+    #: elsewhere. Keys: ``max_size``, ``min_size``, ``growth``, ``absorbing``.
     graded: Mapping[str, Any]
     #: Most cells, however they are chosen; without it only those of an axis are limited. A mesh of more is refused before it starts.
     max_cells: int
     #: Meshes only some cells of the box, i0 j0 k0 i1 j1 k1: the first on each axis, and the end, exclusive. Lines, flags and all else are
     #: those of the whole box.
     window: Sequence[int]
-    #: Meshes only one of the windows that the box is divided into. Keys: ``index``, ``of``.
+    #: Meshes only one of the windows that the box is divided into: ``index`` from 1 on, x fastest, ``of`` so many along x, y and z. Keys:
+    #: ``index``, ``of``.
     part: Union[str, Mapping[str, Any]]
     #: Cells around the window or the part that are also meshed, on both sides of every axis.
     halo: int
-    #: What the halo has beyond the box; by default background. ``background``: background. ``clamp``: the flag of the nearest cell of the
-    #: box.
+    #: What the halo has beyond the box: background, the default, or the flag of the nearest cell of the box. ``background``: background.
+    #: ``clamp``: the flag of the nearest cell of the box.
     halo_edge: Literal["background", "clamp"]
-    #: Shapes of the chunks and shards of a Zarr store. Where it is given, parts are cut along the borders of shards. Keys: ``chunks``,
-    #: ``shards``, ``shard_bytes``.
+    #: Shapes of the chunks and shards of a Zarr store, as cells on x, y, z, or most bytes of a shard. Where it is given, parts are cut
+    #: along the borders of shards. Keys: ``chunks``, ``shards``, ``shard_bytes``.
     zarr: Mapping[str, Any]
     #: What is inside a surface. ``parity``: inside is where a ray has crossed the surface an odd number of times. Facet orientation does
     #: not matter. ``nonzero``: inside is where the winding number is not zero. Overlapping shells unite; orientation matters. Default
@@ -114,11 +121,12 @@ class JobOptions(TypedDict, total=False):
     split: bool
     #: Whether every geometry has the cells outside of it, as ``invert`` of a geometry.
     invert: bool
-    #: Closes openings narrower than this number of cells, at least 2.
+    #: Closes openings narrower than this number of cells along x, y or z, at least 2, and no wider ones: background cells get ``gap_flag``
+    #: if fewer than that many in a row lie between flagged cells. Dents and slits as narrow as that are filled, too.
     close_gaps: int
-    #: Flag of the cells that this adds, 1 to 255; by default one more than the greatest flag of a geometry.
+    #: Flag of the cells that ``close_gaps`` adds, 1 to 255; by default one more than the greatest flag of a geometry.
     gap_flag: int
-    #: Looks for thin walls and for cells that two geometries claim.
+    #: Looks for thin walls and for cells that two geometries claim; takes several times as long as a mesh on the CPU.
     certify: bool
     #: Leaves out the checks that are made of every mesh: whether shells have no cell, or another volume than their surface.
     quick: bool
@@ -130,14 +138,15 @@ class JobOptions(TypedDict, total=False):
     periodic: Sequence[Literal["x", "y", "z"]]
     #: Measures the fraction of each flag in the cells that surfaces cut. Keys: ``rays``, ``faces``, ``surfaces``.
     fractions: Mapping[str, Any]
-    #: Finds the flags at the points of a staggered grid.
+    #: Finds the flags at the points of a staggered (Yee) grid.
     staggered: bool
     #: Flags of perfect conductors on a staggered grid: all edges of their cells conduct, not only those within the surface.
     conductors: Sequence[int]
-    #: What meshes: the GPU or the CPU. ``auto``: the GPU where there is an adapter, else the CPU. ``gpu``: the GPU; an error where there
-    #: is none. ``cpu``: the CPU. Default ``auto``.
+    #: What meshes: the GPU or the CPU; the cells do not depend on it. ``auto``: the GPU where there is an adapter, else the CPU. ``gpu``:
+    #: the GPU; an error where there is none. ``cpu``: the CPU. Default ``auto``.
     backend: Literal["auto", "gpu", "cpu"]
-    #: Along which axis the rays run. ``auto``: the axis with most cells. ``x``: along x. ``y``: along y. ``z``: along z. Default ``auto``.
+    #: Along which axis the rays run; the cells do not depend on it. ``auto``: the axis with most cells. ``x``: along x. ``y``: along y.
+    #: ``z``: along z. Default ``auto``.
     axis: Literal["auto", "x", "y", "z"]
     #: Most bytes of memory to take, as a number or as text such as "2GB"; what does not fit is refused before it starts.
     max_memory: Union[int, str]
