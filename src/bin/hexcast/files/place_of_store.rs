@@ -8,8 +8,9 @@ use std::sync::Arc;
 use hexcast::files::place::folder_of;
 use hexcast::{Error, Result};
 
-use crate::files::{ledger::Output, s3::Bucket, store::Store};
 #[cfg(feature = "s3")]
+use crate::files::s3::Bucket;
+use crate::files::{ledger::Output, store::Store};
 
 /// What the name of a store in a bucket begins with.
 const S3: &str = "s3://";

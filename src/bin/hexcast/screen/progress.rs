@@ -76,18 +76,6 @@ fn sentence_of_holes(HoleWork { triangles, cells, .. }: HoleWork, n_threads: usi
     })
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn many_holes_are_worth_a_word() {
-        assert_eq!(sentence_of_holes(HoleWork::new(10, 1 << 18), 2), None);
-        let text = sentence_of_holes(HoleWork::new(700_000, 1 << 18), 2).expect("it is long");
-        assert!(text.contains("700000 triangles") && text.contains("may take 23 s"), "{text}");
-    }
-}
-
 /// A writer that moves a progress bar.
 pub(crate) struct Counted<W> {
     pub(crate) file: W,
@@ -103,5 +91,17 @@ impl<W: Write> Write for Counted<W> {
 
     fn flush(&mut self) -> std::io::Result<()> {
         self.file.flush()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn many_holes_are_worth_a_word() {
+        assert_eq!(sentence_of_holes(HoleWork::new(10, 1 << 18), 2), None);
+        let text = sentence_of_holes(HoleWork::new(700_000, 1 << 18), 2).expect("it is long");
+        assert!(text.contains("700000 triangles") && text.contains("may take 23 s"), "{text}");
     }
 }
