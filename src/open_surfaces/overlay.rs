@@ -5,7 +5,7 @@
 //! are found separately, row after row of rays. Of two geometries in a cell the higher rank wins.
 //!
 //! # Practice
-//! [`split`] takes these geometries out of a frame, and says which rays decide them. A backend casts those rays. It also casts
+//! `split` takes these geometries out of a frame, and says which rays decide them. A backend casts those rays. It also casts
 //! the other geometries as usual, but with rank + 1 for a flag. [`Overlay`] puts the separate cells over these bands, and
 //! replaces ranks by the flags of the job. Bands come in the order of their rays, as backends hand them out.
 //! Cost: one pass over all runs.
