@@ -265,6 +265,7 @@ function words(given) {
   if (some) return some.map((word) => `\`${word.const}\``).join(', ');
   if (name?.startsWith('PerAxis')) return 'number, or 3 numbers';
   const choices = value.anyOf ?? value.oneOf;
+  if (choices?.every((of) => kindOf(resolved(of).value) === 'object')) return 'table';
   if (choices) return 'table, or list of them';
   switch (kindOf(value)) {
     case 'array': {
@@ -314,8 +315,8 @@ function reference() {
   return `# Options
 
 All keys of a job file, made of the types of the program (\`npm run options\`, [job.schema.json](job.schema.json)). They are the same everywhere: in a job
-file (TOML or JSON, \`hexcast mesh JOB.toml\`), in Python as arguments of \`hexcast.mesh\`, in JavaScript as properties of a \`Job\`. On the command line an
-option is \`--\` and its key with \`-\` for \`_\`; \`hexcast mesh --help\` lists all. Lengths are in the unit of the files. No key but \`geometries\` is needed.
+file (TOML or JSON, \`hexcast mesh --job JOB.toml\`), in Python as arguments of \`hexcast.mesh\`, in JavaScript as properties of a \`Job\`. On the command line an
+option is \`--\` and its key, of most, with \`-\` for \`_\`; \`hexcast mesh --help\` lists all. Lengths are in the unit of the files. No key but \`geometries\` is needed.
 
 ## The job
 

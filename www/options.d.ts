@@ -204,8 +204,8 @@ export interface Job {
   /** Flags of perfect conductors on a staggered grid: all edges of their cells conduct, not only those within the surface. */
   conductors?: readonly number[];
   /**
-   * Along which axis the rays run; the cells do not depend on it. `auto`: the axis with most cells. `x`: along x. `y`: along y. `z`: along z.
-   * Default `auto`.
+   * Along which axis the rays run; the cells do not depend on it. `auto`: the axis with most cells; those with less than an eighth fewer count
+   * as equal, and of equals the first is taken. `x`: along x. `y`: along y. `z`: along z. Default `auto`.
    */
   axis?: 'auto' | 'x' | 'y' | 'z';
   /** Most bytes of memory to take, as a number or as text such as "2GB"; what does not fit is refused before it starts. */

@@ -108,7 +108,7 @@ pub enum BackendChoice {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum AxisChoice {
-    /// The axis with most cells.
+    /// The axis with most cells; those with less than an eighth fewer count as equal, and of equals the first is taken.
     #[default]
     Auto,
     /// Along x.

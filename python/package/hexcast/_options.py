@@ -145,8 +145,8 @@ class JobOptions(TypedDict, total=False):
     #: What meshes: the GPU or the CPU; the cells do not depend on it. ``auto``: the GPU where there is an adapter, else the CPU. ``gpu``:
     #: the GPU; an error where there is none. ``cpu``: the CPU. Default ``auto``.
     backend: Literal["auto", "gpu", "cpu"]
-    #: Along which axis the rays run; the cells do not depend on it. ``auto``: the axis with most cells. ``x``: along x. ``y``: along y.
-    #: ``z``: along z. Default ``auto``.
+    #: Along which axis the rays run; the cells do not depend on it. ``auto``: the axis with most cells; those with less than an eighth
+    #: fewer count as equal, and of equals the first is taken. ``x``: along x. ``y``: along y. ``z``: along z. Default ``auto``.
     axis: Literal["auto", "x", "y", "z"]
     #: Most bytes of memory to take, as a number or as text such as "2GB"; what does not fit is refused before it starts.
     max_memory: Union[int, str]
