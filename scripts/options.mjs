@@ -31,6 +31,28 @@ const INNER = [
   'SliceJob',
   'ViewJob',
 ];
+/** What holds in JavaScript alone. @type {Record<string, string>} */
+const IN_JAVASCRIPT = {
+  max_cells: 'A mesh of more fails with `too-many-cells`.',
+  max_memory:
+    'By default 3 GiB. A mesh that needs more fails with `memory`, unless its columns can spill: see `MeshOptions.spill`.',
+  links: 'See `Mesh.links`.',
+  fractions: 'See `Mesh.fractions`.',
+  staggered: 'See `Mesh.staggered`.',
+};
+/** What holds in Python alone. @type {Record<string, string>} */
+const IN_PYTHON = {
+  padding: 'Such as `{"cells": 4}` or `{"length": 0.5}`.',
+  lines: 'Such as `{"x": [...], "y": [...], "z": [...]}`.',
+  max_cells: 'By default 10^12.',
+  part: 'Also `"3/64"` of slabs across z, `"3/4x4x4"` of boxes.',
+  certify: 'What is found is in `report["certificate"]`.',
+  links: 'Counted in `report["links"]`.',
+  fractions: 'Counted in `report["fractions"]`.',
+  staggered: 'Counted in `report["staggered"]`.',
+  max_memory: 'By default 3/4 of what is available.',
+  background: 'Such as `{"name": "air", "material": {"eps_r": 1}}`.',
+};
 /** What Python takes besides what the schema says. @type {Record<string, string>} */
 const PYTHON_TYPES = { part: 'Union[str, Mapping[str, Any]]' };
 
@@ -172,22 +194,24 @@ function comment(text, indent) {
     .join('')}${indent} */\n`;
 }
 
-/** An interface. @param {string} name @param {string} text @param {[string, Schema, boolean][]} keys @param {string} more */
-function interfaceOf(name, text, keys, more = '') {
-  const fields = keys.map(
-    ([key, of, isNeeded]) => `${comment(meaning(of, false), '  ')}  ${key}${isNeeded ? '' : '?'}: ${typescript(of)};\n`,
-  );
-  return `\n${comment(text, '')}export interface ${name} {\n${more}${fields.join('')}}\n`;
+/** The keys of a definition, and whether each is needed. @param {Schema} definition @returns {[string, Schema, boolean][]} */
+const keysOf = ({ properties = {}, required = [] }) =>
+  Object.entries(properties).map(([key, of]) => [key, of, required.includes(key)]);
+
+/** An interface. @param {string} name @param {string} text @param {[string, Schema, boolean][]} keys @param {string} first lines @param {Record<string, string>} sentences more of them by key */
+function interfaceOf(name, text, keys, first = '', sentences = {}) {
+  const fields = keys.map(([key, of, isNeeded]) => {
+    const text = [meaning(of, false), sentences[key] ?? []].flat().join(' ');
+    return `${comment(text, '  ')}  ${key}${isNeeded ? '' : '?'}: ${typescript(of)};\n`;
+  });
+  return `\n${comment(text, '')}export interface ${name} {\n${first}${fields.join('')}}\n`;
 }
 
 /** `www/options.d.ts`. */
 function types() {
   const named = NAMED.map((name) => {
-    const { description = '', properties = {}, required = [] } = definitions[name];
-    const keys = Object.entries(properties).map(
-      ([key, of]) => /** @type {[string, Schema, boolean]} */ ([key, of, required.includes(key)]),
-    );
-    if (name !== 'GeometryJob') return interfaceOf(name, description, keys);
+    const keys = keysOf(definitions[name]);
+    if (name !== 'GeometryJob') return interfaceOf(name, definitions[name].description ?? '', keys);
     const file = '  /** Name of the file in reports; by default that of the File, or `geometry-1`, ... */\n  file?: string;\n';
     const source = '  /** The facets. */\n  source: GeometrySource;\n';
     return interfaceOf(
@@ -197,22 +221,20 @@ function types() {
       source + file,
     );
   });
-  const keys = ofJob
-    .filter(([key]) => !NATIVE.includes(key))
-    .map(([key, of]) => /** @type {[string, Schema, boolean]} */ ([key, of, key === 'geometries']));
+  const keys = keysOf(schema).filter(([key]) => jobKeys.includes(key) && !NATIVE.includes(key));
   const text = 'What is meshed and how: the native job file, with sources in place of file names.';
   return [
     `/** The job: what is meshed, and how. Made by ${COMMAND}. */\n`,
     "import type { GeometrySource, Numbers } from './job.js';\nimport type { Triple } from './result.js';\n",
     ...named,
-    interfaceOf('Job', text, keys),
+    interfaceOf('Job', text, keys, '', IN_JAVASCRIPT),
   ].join('');
 }
 
-/** Names and types of keys in Python. @param {[string, Schema][]} keys */
-function annotations(keys) {
+/** Names and types of keys in Python. @param {[string, Schema][]} keys @param {Record<string, string>} more sentences by key */
+function annotations(keys, more = {}) {
   const lines = keys.map(([key, of]) => {
-    const text = meaning(of, true).replaceAll('`', '``');
+    const text = [meaning(of, true), more[key] ?? []].flat().join(' ').replaceAll('`', '``');
     return `${wrapped(text, 132)
       .map((line) => `    #: ${line}\n`)
       .join('')}    ${key}: ${PYTHON_TYPES[key] ?? python(of)}\n`;
@@ -248,7 +270,10 @@ ${annotations(geometry)}
 class JobOptions(TypedDict, total=False):
     """The options of a mesh: the keys of a job file. Lengths are in the unit of the surfaces."""
 
-${annotations(ofJob.filter(([key]) => key !== 'geometries'))}
+${annotations(
+  ofJob.filter(([key]) => key !== 'geometries'),
+  IN_PYTHON,
+)}
 
 #: Names of the options of a geometry, and of a job.
 GEOMETRY_KEYS = tuple(GeometryOptions.__annotations__)
@@ -270,12 +295,7 @@ function words(given) {
   switch (kindOf(value)) {
     case 'array': {
       const item = resolved(/** @type {Schema} */ (value.items)).value;
-      const of =
-        wordsOf(item)
-          ?.map((word) => `\`${word.const}\``)
-          .join(', ') ??
-        { string: 'texts', object: 'tables' }[kindOf(item) ?? ''] ??
-        'numbers';
+      const of = wordsOf(item) ? words(item) : ({ string: 'texts', object: 'tables' }[kindOf(item) ?? ''] ?? 'numbers');
       return value.minItems === undefined ? `list of ${of}` : `${value.minItems} ${of}`;
     }
     case 'object':

@@ -137,7 +137,10 @@ export interface Job {
   lines?: { readonly x: Numbers; readonly y: Numbers; readonly z: Numbers };
   /** Generates lines of cells that differ in size: one on every end of every geometry's box, close where geometries are small, far elsewhere. */
   graded?: GradedJob;
-  /** Most cells, however they are chosen; without it only those of an axis are limited. A mesh of more is refused before it starts. */
+  /**
+   * Most cells, however they are chosen; without it only those of an axis are limited. A mesh of more is refused before it starts. A mesh of
+   * more fails with `too-many-cells`.
+   */
   max_cells?: number;
   /**
    * Meshes only some cells of the box, i0 j0 k0 i1 j1 k1: the first on each axis, and the end, exclusive. Lines, flags and all else are those
@@ -193,13 +196,13 @@ export interface Job {
   quick?: boolean;
   /** Walls of fewer cells are thin, at least 1; by default 2. */
   thin_cells?: number;
-  /** Measures the links from cells of a fluid to surfaces. */
+  /** Measures the links from cells of a fluid to surfaces. See `Mesh.links`. */
   links?: LinksJob;
   /** Axes along which the box continues with itself, so that links lead through its sides. */
   periodic?: readonly ('x' | 'y' | 'z')[];
-  /** Measures the fraction of each flag in the cells that surfaces cut. */
+  /** Measures the fraction of each flag in the cells that surfaces cut. See `Mesh.fractions`. */
   fractions?: FractionsJob;
-  /** Finds the flags at the points of a staggered (Yee) grid. */
+  /** Finds the flags at the points of a staggered (Yee) grid. See `Mesh.staggered`. */
   staggered?: boolean;
   /** Flags of perfect conductors on a staggered grid: all edges of their cells conduct, not only those within the surface. */
   conductors?: readonly number[];
@@ -208,7 +211,10 @@ export interface Job {
    * as equal, and of equals the first is taken. `x`: along x. `y`: along y. `z`: along z. Default `auto`.
    */
   axis?: 'auto' | 'x' | 'y' | 'z';
-  /** Most bytes of memory to take, as a number or as text such as "2GB"; what does not fit is refused before it starts. */
+  /**
+   * Most bytes of memory to take, as a number or as text such as "2GB"; what does not fit is refused before it starts. By default 3 GiB. A
+   * mesh that needs more fails with `memory`, unless its columns can spill: see `MeshOptions.spill`.
+   */
   max_memory?: number | string;
   /** Unit of the files' lengths, such as "mm"; repeated in every output. */
   unit?: string;

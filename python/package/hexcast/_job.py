@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import difflib
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Optional, Union
 
@@ -12,7 +13,6 @@ import numpy as np
 
 from . import _hexcast
 from ._error import Error, InvalidType, missing
-from ._names import check_names
 from ._options import GEOMETRY_KEYS, JOB_KEYS, GeometryOptions
 from ._surface import Surface, SurfaceLike, scene_parts, surface
 
@@ -137,3 +137,13 @@ def default_max_memory() -> Optional[int]:
     """Three quarters of the memory that the system and the container leave; None where the system does not say."""
     available = _hexcast.available_bytes()
     return None if available is None else int(SHARE_OF_MEMORY * available)
+
+
+def check_names(given: Iterable[object], names: Sequence[str], what: str) -> None:
+    """Refuses a name that is not one of these, and names the nearest."""
+    for name in given:
+        if name in names:
+            continue
+        near = difflib.get_close_matches(str(name), names, n=1, cutoff=0.0)
+        message = f'there is no {what} "{name}"; the nearest is "{near[0]}"'
+        raise InvalidType(message, "job-value", f"{what}s are {', '.join(names)}")

@@ -68,7 +68,8 @@ class JobOptions(TypedDict, total=False):
 
     #: Two corners of the box, x0 y0 z0 x1 y1 z1; by default the box around all geometries.
     domain: Sequence[float]
-    #: Space added on both sides of every axis, to ``domain`` or to the box around the geometries: whole cells, or a length.
+    #: Space added on both sides of every axis, to ``domain`` or to the box around the geometries: whole cells, or a length. Such as
+    #: ``{"cells": 4}`` or ``{"length": 0.5}``.
     padding: Mapping[str, PerAxis]
     #: Cubic cells, so many along the longest axis; 128 where no size is given. At most one of ``cells``, ``dims``, ``cell_size``,
     #: ``max_cell_size``, ``lines`` and ``graded`` is given.
@@ -83,18 +84,19 @@ class JobOptions(TypedDict, total=False):
     #: Largest distance of an end point from its mesh line, in cells, with ``max_cell_size``: 0 to 0.5, by default 0.05.
     tolerance: float
     #: All lines of each axis, ascending, in the unit of the files: cells + 1 numbers each, at most 262,143. The first and the last are the
-    #: domain. Keys: ``x``, ``y``, ``z``.
+    #: domain. Keys: ``x``, ``y``, ``z``. Such as ``{"x": [...], "y": [...], "z": [...]}``.
     lines: Mapping[str, Sequence[float]]
     #: Generates lines of cells that differ in size: one on every end of every geometry's box, close where geometries are small, far
     #: elsewhere. Keys: ``max_size``, ``min_size``, ``growth``, ``absorbing``.
     graded: Mapping[str, Any]
-    #: Most cells, however they are chosen; without it only those of an axis are limited. A mesh of more is refused before it starts.
+    #: Most cells, however they are chosen; without it only those of an axis are limited. A mesh of more is refused before it starts. By
+    #: default 10^12.
     max_cells: int
     #: Meshes only some cells of the box, i0 j0 k0 i1 j1 k1: the first on each axis, and the end, exclusive. Lines, flags and all else are
     #: those of the whole box.
     window: Sequence[int]
     #: Meshes only one of the windows that the box is divided into: ``index`` from 1 on, x fastest, ``of`` so many along x, y and z. Keys:
-    #: ``index``, ``of``.
+    #: ``index``, ``of``. Also ``"3/64"`` of slabs across z, ``"3/4x4x4"`` of boxes.
     part: Union[str, Mapping[str, Any]]
     #: Cells around the window or the part that are also meshed, on both sides of every axis.
     halo: int
@@ -126,19 +128,21 @@ class JobOptions(TypedDict, total=False):
     close_gaps: int
     #: Flag of the cells that ``close_gaps`` adds, 1 to 255; by default one more than the greatest flag of a geometry.
     gap_flag: int
-    #: Looks for thin walls and for cells that two geometries claim; takes several times as long as a mesh on the CPU.
+    #: Looks for thin walls and for cells that two geometries claim; takes several times as long as a mesh on the CPU. What is found is in
+    #: ``report["certificate"]``.
     certify: bool
     #: Leaves out the checks that are made of every mesh: whether shells have no cell, or another volume than their surface.
     quick: bool
     #: Walls of fewer cells are thin, at least 1; by default 2.
     thin_cells: int
-    #: Measures the links from cells of a fluid to surfaces. Keys: ``stencil``, ``fluid``.
+    #: Measures the links from cells of a fluid to surfaces. Keys: ``stencil``, ``fluid``. Counted in ``report["links"]``.
     links: Mapping[str, Any]
     #: Axes along which the box continues with itself, so that links lead through its sides.
     periodic: Sequence[Literal["x", "y", "z"]]
-    #: Measures the fraction of each flag in the cells that surfaces cut. Keys: ``rays``, ``faces``, ``surfaces``.
+    #: Measures the fraction of each flag in the cells that surfaces cut. Keys: ``rays``, ``faces``, ``surfaces``. Counted in
+    #: ``report["fractions"]``.
     fractions: Mapping[str, Any]
-    #: Finds the flags at the points of a staggered (Yee) grid.
+    #: Finds the flags at the points of a staggered (Yee) grid. Counted in ``report["staggered"]``.
     staggered: bool
     #: Flags of perfect conductors on a staggered grid: all edges of their cells conduct, not only those within the surface.
     conductors: Sequence[int]
@@ -148,11 +152,13 @@ class JobOptions(TypedDict, total=False):
     #: Along which axis the rays run; the cells do not depend on it. ``auto``: the axis with most cells; those with less than an eighth
     #: fewer count as equal, and of equals the first is taken. ``x``: along x. ``y``: along y. ``z``: along z. Default ``auto``.
     axis: Literal["auto", "x", "y", "z"]
-    #: Most bytes of memory to take, as a number or as text such as "2GB"; what does not fit is refused before it starts.
+    #: Most bytes of memory to take, as a number or as text such as "2GB"; what does not fit is refused before it starts. By default 3/4 of
+    #: what is available.
     max_memory: Union[int, str]
     #: Unit of the files' lengths, such as "mm"; repeated in every output.
     unit: str
-    #: Name and substance of the cells of no geometry, flag 0. Keys: ``name``, ``material``.
+    #: Name and substance of the cells of no geometry, flag 0. Keys: ``name``, ``material``. Such as ``{"name": "air", "material":
+    #: {"eps_r": 1}}``.
     background: Mapping[str, Any]
 
 
