@@ -314,12 +314,15 @@ fn cause_by_place(place: Option<[u32; 3]>, prepared: &Prepared, mesh: &Mesh) -> 
     let encloses_none =
         || Some(Cause::new("no-cell-small", format!("it encloses no centre of a cell; use smaller cells, {KEEP}")));
     let Some(place) = place else { return Ok(encloses_none()) };
+    let flag = flag_of_box(place, prepared, mesh)?;
+    Ok(flag.and_then(|flag| covered_by(flag, prepared, mesh).or_else(encloses_none)))
+}
+
+/// Flag of a cell of the box; None where it is not among those that were meshed.
+fn flag_of_box(place: [u32; 3], prepared: &Prepared, mesh: &Mesh) -> Result<Option<u8>> {
     let [first, end] = prepared.window.unwrap_or([[0; 3], prepared.whole.dims()]);
-    if (0..3).any(|axis| !(first[axis]..end[axis]).contains(&place[axis])) {
-        return Ok(None);
-    }
-    let flag = mesh.flag([0, 1, 2].map(|axis| place[axis] - first[axis]))?;
-    Ok(covered_by(flag, prepared, mesh).or_else(encloses_none))
+    let is_here = (0..3).all(|axis| (first[axis]..end[axis]).contains(&place[axis]));
+    is_here.then(|| mesh.flag([0, 1, 2].map(|axis| place[axis] - first[axis]))).transpose()
 }
 
 /// Facets of a geometry whose cells are looked at, at most.
@@ -328,16 +331,18 @@ const N_FACETS: usize = 64;
 /// Why a geometry with the cells along its surface has none: others have them. The first of its facets whose middle is in another geometry's cell
 /// says which; None where all that are looked at lie beyond the cells that were meshed.
 fn cause_of_filled(geometry: &Geometry, prepared: &Prepared, mesh: &Mesh) -> Result<Option<Cause>> {
-    let (lines, [first, end]) = (&prepared.whole, prepared.window.unwrap_or([[0; 3], prepared.whole.dims()]));
+    let lines = &prepared.whole;
     let mut is_here = false;
     for corners in geometry.facets.iter().step_by(geometry.facets.len() / N_FACETS + 1) {
         let place = [0, 1, 2].map(|axis| {
             let middle = corners.iter().map(|corner| f64::from(corner[axis])).sum::<f64>() / 3.0;
             lines.position(axis, middle).floor()
         });
-        if (0..3).all(|axis| place[axis] >= f64::from(first[axis]) && place[axis] < f64::from(end[axis])) {
+        if place.iter().any(|&cell| cell < 0.0) {
+            continue;
+        }
+        if let Some(flag) = flag_of_box(place.map(|cell| cell as u32), prepared, mesh)? {
             is_here = true;
-            let flag = mesh.flag([0, 1, 2].map(|axis| place[axis] as u32 - first[axis]))?;
             if let Some(cause) = covered_by(flag, prepared, mesh) {
                 return Ok(Some(cause));
             }

@@ -12,7 +12,7 @@ use crate::grid::lines::Lines;
 /// Files being written.
 pub(super) type Writing<'a> = Pin<Box<dyn Future<Output = Result<()>> + 'a>>;
 
-/// How outputs of a format are named, what it can hold, and how it is written. [`Format::PLAIN`] has what most formats share.
+/// How outputs of a format are named, what it can hold, and how it is written. [`Format::new`] has what most formats share.
 pub(super) struct Format {
     /// How the path of an output ends that asks for this format: from a dot on, or its last parts.
     pub(super) endings: &'static [&'static str],
@@ -41,25 +41,30 @@ pub(super) struct Format {
     /// The bytes of all files, where they do not depend on the flags.
     pub(super) exact_size: fn(&Mesh, &ExportOptions) -> Option<u64>,
     /// Writes the files of an output, by the last part of its path.
-    pub(super) write: for<'a> fn(&'a Export<'a>, &'a str, &'a mut dyn Files) -> Writing<'a>,
+    pub(super) write: Write,
 }
 
+/// [`Format::write`].
+type Write = for<'a> fn(&'a Export<'a>, &'a str, &'a mut dyn Files) -> Writing<'a>;
+
 impl Format {
-    /// One file of some flags, of any cells, flags and materials. It has no endings and writes nothing.
-    pub(super) const PLAIN: Format = Format {
-        endings: &[],
-        compresses: false,
-        has_ascii: false,
-        has_flags: true,
-        has_plates: false,
-        longest_name: None,
-        unit: None,
-        file_names: |name| vec![name.to_string()],
-        check_lines: |_| Ok(()),
-        check_flags: |_| Ok(()),
-        check_materials: |_, _| Ok(()),
-        check_mesh: |_, _, _| Ok(()),
-        exact_size: |_, _| None,
-        write: |_, _, _| Box::pin(async { Ok(()) }),
-    };
+    /// One file of some flags, of any cells, flags and materials: what a format does not say otherwise.
+    pub(super) const fn new(endings: &'static [&'static str], write: Write) -> Format {
+        Format {
+            endings,
+            compresses: false,
+            has_ascii: false,
+            has_flags: true,
+            has_plates: false,
+            longest_name: None,
+            unit: None,
+            file_names: |name| vec![name.to_string()],
+            check_lines: |_| Ok(()),
+            check_flags: |_| Ok(()),
+            check_materials: |_, _| Ok(()),
+            check_mesh: |_, _, _| Ok(()),
+            exact_size: |_, _| None,
+            write,
+        }
+    }
 }

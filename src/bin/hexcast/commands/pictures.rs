@@ -34,9 +34,6 @@ Examples:
 #[derive(clap::Args)]
 #[command(after_help = SLICE_EXAMPLES)]
 pub(crate) struct SliceArguments {
-    /// Column file, or - for standard input
-    #[arg(value_name = "MESH.hxc")]
-    mesh: PathBuf,
     /// Axes across the slices [default: x,y,z]
     #[arg(long, value_name = "A,A,...", value_delimiter = ',', value_parser = axis)]
     axis: Vec<usize>,
@@ -50,22 +47,13 @@ pub(crate) struct SliceArguments {
     #[arg(long)]
     no_lines: bool,
     #[command(flatten)]
-    look: LookArguments,
-    /// Picture, or - for standard output
-    #[arg(short, long, value_name = "OUT.png")]
-    output: PathBuf,
-    /// Print nothing but errors
-    #[arg(short, long)]
-    quiet: bool,
+    picture: PictureArguments,
 }
 
 /// Draw the stair-step surface of a mesh as PNG, seen from a direction, without a display
 #[derive(clap::Args)]
 #[command(after_help = VIEW_EXAMPLES)]
 pub(crate) struct ViewArguments {
-    /// Column file, or - for standard input
-    #[arg(value_name = "MESH.hxc")]
-    mesh: PathBuf,
     /// Direction to the eye in degrees: around z from the x axis, and up [default: -60,25]
     #[arg(long, value_name = "AROUND,UP", value_parser = list::<f64, 2>, allow_hyphen_values = true)]
     direction: Option<[f64; 2]>,
@@ -76,7 +64,21 @@ pub(crate) struct ViewArguments {
     #[arg(long, value_name = "PIXELS", default_value = "1000", value_parser = number::<u32>)]
     size: u32,
     #[command(flatten)]
-    look: LookArguments,
+    picture: PictureArguments,
+}
+
+/// Of what a picture is, how it looks, and where it goes.
+#[derive(clap::Args)]
+struct PictureArguments {
+    /// Column file, or - for standard input
+    #[arg(value_name = "MESH.hxc")]
+    mesh: PathBuf,
+    /// Flags that are shown [default: all]
+    #[arg(long, value_name = "F,F,...", value_delimiter = ',', value_parser = number::<u8>)]
+    flags: Vec<u8>,
+    /// Colours of flags, such as 1=d98324
+    #[arg(long, value_name = "F=RRGGBB,...", value_delimiter = ',', value_parser = flag_colour)]
+    colours: Vec<(u8, [u8; 3])>,
     /// Picture, or - for standard output
     #[arg(short, long, value_name = "OUT.png")]
     output: PathBuf,
@@ -85,18 +87,7 @@ pub(crate) struct ViewArguments {
     quiet: bool,
 }
 
-/// How a picture looks.
-#[derive(clap::Args)]
-struct LookArguments {
-    /// Flags that are shown [default: all]
-    #[arg(long, value_name = "F,F,...", value_delimiter = ',', value_parser = number::<u8>)]
-    flags: Vec<u8>,
-    /// Colours of flags, such as 1=d98324
-    #[arg(long, value_name = "F=RRGGBB,...", value_delimiter = ',', value_parser = flag_colour)]
-    colours: Vec<(u8, [u8; 3])>,
-}
-
-impl LookArguments {
+impl PictureArguments {
     fn look(&self, size: u32, max_bytes: u64) -> Look {
         let look = Look::default().with_size(size).with_flags(self.flags.clone()).with_max_bytes(max_bytes);
         self.colours.iter().fold(look, |look, &(flag, rgb)| look.with_colour(flag, rgb))
@@ -136,15 +127,15 @@ fn place(text: &str) -> std::result::Result<Place, String> {
 }
 
 pub(crate) fn slice(arguments: &SliceArguments, token: &CancelToken) -> Result<()> {
-    drawn((&arguments.mesh, &arguments.output, arguments.quiet), token, |mesh, max_bytes, control| {
+    drawn(&arguments.picture, token, |mesh, max_bytes, control| {
         let planes = Slices::at(mesh, &arguments.axis, &arguments.at)?.with_lines(!arguments.no_lines);
-        slices(mesh, &planes.with_look(arguments.look.look(arguments.size, max_bytes)), control)
+        slices(mesh, &planes.with_look(arguments.picture.look(arguments.size, max_bytes)), control)
     })
 }
 
 pub(crate) fn view_mesh(arguments: &ViewArguments, token: &CancelToken) -> Result<()> {
-    drawn((&arguments.mesh, &arguments.output, arguments.quiet), token, |mesh, max_bytes, control| {
-        let mut wanted = View::default().with_look(arguments.look.look(arguments.size, max_bytes));
+    drawn(&arguments.picture, token, |mesh, max_bytes, control| {
+        let mut wanted = View::default().with_look(arguments.picture.look(arguments.size, max_bytes));
         wanted.direction = arguments.direction.unwrap_or(wanted.direction);
         wanted.cells = arguments.window.map(|ends| [0, 1, 2].map(|axis| ends[axis]..ends[axis + 3]));
         view(mesh, &wanted, control)
@@ -153,7 +144,7 @@ pub(crate) fn view_mesh(arguments: &ViewArguments, token: &CancelToken) -> Resul
 
 /// Opens a mesh, draws it, and writes the picture.
 fn drawn(
-    (input, output, is_quiet): (&Path, &Path, bool),
+    PictureArguments { mesh: input, output, quiet, .. }: &PictureArguments,
     token: &CancelToken,
     draw: impl FnOnce(&Mesh, u64, &Control) -> Result<Picture>,
 ) -> Result<()> {
@@ -171,7 +162,7 @@ fn drawn(
     let png = picture.png()?;
     file.put(&png)?;
     file.persist()?;
-    if is_quiet || is_standard(output) {
+    if *quiet || is_standard(output) {
         return Ok(());
     }
     let mut table = Table::default();

@@ -25,12 +25,10 @@ use crate::output::export::{
 };
 
 pub(in crate::output::export) const FORMAT: Format = Format {
-    endings: &[".inp"],
     longest_name: Some(LONGEST_NAME),
     unit: Some(("an Abaqus file, whose materials are in SI units,", "metres")),
     check_materials,
-    write: |job, name, files| Box::pin(write(job, name, files)),
-    ..Format::PLAIN
+    ..Format::new(&[".inp"], |job, name, files| Box::pin(write(job, name, files)))
 };
 
 /// Greatest number of a node or an element in Abaqus.

@@ -12,10 +12,8 @@ use crate::output::export::{
 };
 
 pub(in crate::output::export) const FORMAT: Format = Format {
-    endings: &[".binvox"],
     check_lines: |lines| cubes(lines, ".binvox").map(|_| ()),
-    write: |job, name, files| Box::pin(write(job, name, files)),
-    ..Format::PLAIN
+    ..Format::new(&[".binvox"], |job, name, files| Box::pin(write(job, name, files)))
 };
 
 async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {

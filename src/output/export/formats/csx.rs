@@ -22,13 +22,11 @@ use crate::output::export::{
 };
 
 pub(in crate::output::export) const FORMAT: Format = Format {
-    endings: &[".csx.xml"],
     has_plates: true,
     unit: Some((WHAT, "metres")),
     check_materials: |names, flags| substances(names, flags, WHAT).map(|_| ()),
     check_mesh: |mesh, options, keeps| check_conductors(mesh, options, keeps, WHAT),
-    write: |job, name, files| Box::pin(write(job, name, files)),
-    ..Format::PLAIN
+    ..Format::new(&[".csx.xml"], |job, name, files| Box::pin(write(job, name, files)))
 };
 
 const WHAT: &str = "openEMS";

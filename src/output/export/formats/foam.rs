@@ -20,13 +20,11 @@ use crate::output::export::{
 };
 
 pub(in crate::output::export) const FORMAT: Format = Format {
-    endings: &[".foam", "constant/polyMesh"],
     has_ascii: true,
     longest_name: Some(LONGEST_NAME),
     unit: Some(("OpenFOAM", "metres")),
     file_names,
-    write: |job, name, files| Box::pin(write(job, name, files)),
-    ..Format::PLAIN
+    ..Format::new(&[".foam", "constant/polyMesh"], |job, name, files| Box::pin(write(job, name, files)))
 };
 
 /// Names of the patches on the sides of the box.

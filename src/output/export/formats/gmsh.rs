@@ -16,11 +16,9 @@ use crate::output::export::{
 };
 
 pub(in crate::output::export) const FORMAT: Format = Format {
-    endings: &[".msh"],
     has_ascii: true,
     longest_name: Some(LONGEST_NAME),
-    write: |job, name, files| Box::pin(write(job, name, files)),
-    ..Format::PLAIN
+    ..Format::new(&[".msh"], |job, name, files| Box::pin(write(job, name, files)))
 };
 
 /// Type of an element of eight corners.

@@ -28,7 +28,6 @@ use crate::output::export::{
 };
 
 pub(in crate::output::export) const FORMAT: Format = Format {
-    endings: &[".in"],
     compresses: true,
     has_plates: true,
     unit: Some((WHAT, "metres")),
@@ -36,8 +35,7 @@ pub(in crate::output::export) const FORMAT: Format = Format {
     check_lines: |lines| equal_cells(lines, WHAT).map(|_| ()),
     check_materials,
     check_mesh: |mesh, options, keeps| check_conductors(mesh, options, keeps, WHAT),
-    write: |job, name, files| Box::pin(write(job, name, files)),
-    ..Format::PLAIN
+    ..Format::new(&[".in"], |job, name, files| Box::pin(write(job, name, files)))
 };
 
 const WHAT: &str = "gprMax";

@@ -22,13 +22,11 @@ use crate::output::export::{
 use crate::output::write::Compress;
 
 pub(in crate::output::export) const FORMAT: Format = Format {
-    endings: &[".nrrd"],
     compresses: true,
     has_flags: false,
     check_lines: |lines| equal_cells(lines, ".nrrd").map(|_| ()),
     exact_size,
-    write: |job, name, files| Box::pin(write(job, name, files)),
-    ..Format::PLAIN
+    ..Format::new(&[".nrrd"], |job, name, files| Box::pin(write(job, name, files)))
 };
 
 /// Level of gzip where the caller asks for zlib's.

@@ -20,11 +20,9 @@ use crate::output::export::{
 };
 
 pub(in crate::output::export) const FORMAT: Format = Format {
-    endings: &["geometry.xml"],
     unit: Some((WHAT, "centimetres")),
     check_lines,
-    write: |job, name, files| Box::pin(write(job, name, files)),
-    ..Format::PLAIN
+    ..Format::new(&["geometry.xml"], |job, name, files| Box::pin(write(job, name, files)))
 };
 
 const WHAT: &str = "OpenMC";

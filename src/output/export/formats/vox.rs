@@ -16,12 +16,10 @@ use crate::output::export::{
 };
 
 pub(in crate::output::export) const FORMAT: Format = Format {
-    endings: &[".vox"],
     check_lines: |lines| equal_cells(lines, ".vox").map(|_| ()),
     check_flags,
     check_mesh,
-    write: |job, name, files| Box::pin(write(job, name, files)),
-    ..Format::PLAIN
+    ..Format::new(&[".vox"], |job, name, files| Box::pin(write(job, name, files)))
 };
 
 /// Most cells of a model along an axis.

@@ -17,12 +17,10 @@ use crate::output::export::{
 };
 
 pub(in crate::output::export) const FORMAT: Format = Format {
-    endings: &[".xdmf"],
     compresses: true,
     longest_name: Some(LONGEST_NAME),
     file_names: |name| file_names(name).to_vec(),
-    write: |job, name, files| Box::pin(write(job, name, files)),
-    ..Format::PLAIN
+    ..Format::new(&[".xdmf"], |job, name, files| Box::pin(write(job, name, files)))
 };
 
 /// Most characters of a name.
