@@ -20,7 +20,7 @@
 import type { Estimate, FileInfo, FileSource, Surface, SurfaceSource } from './job.js';
 import type { Level } from './measured.js';
 import type { Job } from './options.js';
-import type { Mesh } from './result.js';
+import type { Format, FormatFacts, Mesh } from './result.js';
 import './globals.js';
 
 export type * from './job.js';
@@ -216,6 +216,9 @@ export interface Mesher extends Disposable {
 
 /** Starts a worker and opens its backend. */
 export function createMesher(options?: MesherOptions): Promise<Mesher>;
+
+/** What each format of files is and can hold, in the order of lists. */
+export const formats: Readonly<Record<Format, FormatFacts>>;
 
 /** Version of hexcast. */
 export const version: string;

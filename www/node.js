@@ -7,7 +7,7 @@ import { readFile } from 'node:fs/promises';
 import { HexcastError } from './protocol/error.js';
 import { checked, start } from './start.js';
 
-export { HexcastError, version } from './hexcast.js';
+export { HexcastError, formats, version } from './hexcast.js';
 
 const NO_GPU = 'Node has no GPU of its own and the npm package webgpu is not installed';
 

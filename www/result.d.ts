@@ -113,6 +113,22 @@ export type Format =
   | ('fractions.npz' | 'fractions.vti' | 'fractions.vtr' | 'fractions.npy' | 'fractions.zarr')
   | ExportFormat;
 
+/** What a {@link Format} is and can hold. */
+export interface FormatFacts {
+  /** The flags of the cells, what the job asked for besides, or a file of another program: an {@link ExportFormat}. */
+  readonly kind: 'cells' | 'measured' | 'export';
+  /** The media type of the file. */
+  readonly type: string;
+  /** Whether it can be compressed. */
+  readonly compresses: boolean;
+  /** Whether there is a form in text besides the binary one. */
+  readonly ascii: boolean;
+  /** Whether the job must have a `unit`. */
+  readonly unit: boolean;
+  /** The cells that it can hold: of any sizes, of one size along each axis, or cubes. */
+  readonly spacing: 'any' | 'equal' | 'cubes';
+}
+
 /** What stands for a cell in raw, npy and npz. */
 export interface CellBytes {
   /** Eight cells a byte, for raw and npy of meshes with one flag. */

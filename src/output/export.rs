@@ -102,6 +102,11 @@ impl Exporter {
         }
     }
 
+    /// What it is, for a list of formats: a few words.
+    pub fn about(self) -> &'static str {
+        self.format().about
+    }
+
     /// Finds the exporter by the end of a path, upper or lower case; None where it asks for none.
     pub fn of_name(path: &str) -> Option<Exporter> {
         let path = path.trim_end_matches('/').replace('\\', "/").to_ascii_lowercase();

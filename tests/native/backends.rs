@@ -24,6 +24,17 @@ pub(crate) enum Backend {
     CpuInBins([u32; 2]),
 }
 
+impl Backend {
+    /// How many facets it projects, where a facet counts for each bin row.
+    pub(crate) fn n_projected(self, case: &Case, axis: usize) -> u64 {
+        let n_rows = match self {
+            Backend::CpuInBins(bin) => Lattice::n_rows(&Rays::new(axis, case.lines.dims()), bin),
+            _ => 1,
+        };
+        u64::from(n_rows) * case.n_facets() as u64
+    }
+}
+
 /// Every backend that must give the same bytes.
 pub(crate) const BACKENDS: &[Backend] = &[
     Backend::Cpu,

@@ -2,6 +2,7 @@
 
 use serde_json::Value;
 use sha2::{Digest, Sha256};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use tempfile::TempDir;
@@ -335,6 +336,25 @@ fn completions_and_help_are_printed() {
     assert!(done(&["--help"]).contains("Exit codes:"));
     for command in ["mesh", "info", "estimate", "adapters", "convert", "completions"] {
         assert!(done(&[command, "--help"]).contains("Example"), "{command}");
+    }
+}
+
+#[test]
+fn the_short_help_of_mesh_has_ten_options_and_the_long_one_all_under_their_headings() {
+    let options = |help: &str| {
+        let words = help.lines().flat_map(|line| line.trim_start().split_whitespace().take(2));
+        let longs = words.filter_map(|word| word.strip_prefix("--")).map(|word| word.trim_end_matches(',').to_string());
+        longs.filter(|long| long != "help").collect::<BTreeSet<_>>()
+    };
+    let (short, long) = (done(&["mesh", "-h"]), done(&["mesh", "--help"]));
+    let first = ["backend", "cell-size", "cells", "domain", "graded", "job", "open", "output", "report", "unit"];
+    assert_eq!(options(&short), first.map(String::from).into(), "{short}");
+    assert!(options(&long).is_superset(&options(&short)) && options(&long).len() > 60, "{long}");
+    for heading in ["Cells and domain", "Method", "Memory", "Output", "Measured", "Pictures", "Report"] {
+        assert!(long.contains(&format!("\n{heading}:\n")), "{heading}\n{long}");
+    }
+    for ending in [".vti ", ".zarr.zip ", ".foam ", "geometry.xml ", ".binvox ", ".hxc "] {
+        assert!(long.contains(&format!("\n    {ending}")), "{ending}\n{long}");
     }
 }
 

@@ -111,22 +111,25 @@ fn parts_of_cells_are_as_near_to_those_of_clipped_tetrahedra_as_is_said() {
     for (name, facets) in bodies() {
         let geometry = Geometry::new(name, 7, facets.clone()).unwrap();
         for lines in grids() {
+            let [nx, ny, nz] = lines.dims();
+            let cells = (0..nx * ny * nz).map(|index| {
+                let cell = [index % nx, index / nx % ny, index / (nx * ny)];
+                let low = [0, 1, 2].map(|axis| lines.line(axis, cell[axis]));
+                let high = [0, 1, 2].map(|axis| lines.line(axis, cell[axis] + 1));
+                let size: f64 = (0..3).map(|axis| high[axis] - low[axis]).product();
+                (cell, size, exact(&facets, low, high) / size)
+            });
+            let cells: Vec<_> = cells.collect();
             for rays in [2, 4, 8] {
                 let found = measured(std::slice::from_ref(&geometry), &lines, rays);
-                let [nx, ny, nz] = lines.dims();
                 let mut dense = vec![None; (nx * ny * nz) as usize];
                 for fraction in found.iter().filter(|fraction| fraction.flag == 7) {
                     dense[fraction.cell as usize] = Some(f64::from(fraction.fraction));
                 }
                 let (mut sum, mut sum_of_squares, mut n_cut, mut volume_cut) = (0.0, 0.0, 0.0, 0.0);
-                for index in 0..nx * ny * nz {
-                    let cell = [index % nx, index / nx % ny, index / (nx * ny)];
-                    let low = [0, 1, 2].map(|axis| lines.line(axis, cell[axis]));
-                    let high = [0, 1, 2].map(|axis| lines.line(axis, cell[axis] + 1));
-                    let size: f64 = (0..3).map(|axis| high[axis] - low[axis]).product();
-                    let known = exact(&facets, low, high) / size;
+                for (&(cell, size, known), measured) in cells.iter().zip(&dense) {
                     sum += known * size;
-                    let off = match dense[index as usize] {
+                    let off = match measured {
                         Some(fraction) => (fraction - known).abs(),
                         None => known.abs().min((1.0 - known).abs()),
                     };

@@ -1,45 +1,67 @@
 /** The formats of files, and the options that they are written with. */
 import { CALL, kindOf, oneOf, optionsOf, wholeNumber, wrongValue, yesOrNo } from './check.js';
 
-const FORMATS = /** @type {const} */ ([
-  ...['vti', 'vtr', 'npy', 'npz', 'raw', 'hxc', 'zarr', 'links.npz', 'links.h5', 'links', 'staggered.npz'],
-  ...['fractions.npz', 'fractions.vti', 'fractions.vtr', 'fractions.npy', 'fractions.zarr'],
-  ...['foam', 'inp', 'msh', 'xdmf', 'csx.xml', 'in', 'geometry.xml', 'nrrd', 'vox', 'binvox'],
-]);
-/** Formats that are never compressed. @type {readonly Format[]} */
-const NEVER_COMPRESSED = ['npy', 'raw', 'links', 'fractions.npy', 'inp', 'msh', 'csx.xml', 'geometry.xml', 'vox', 'binvox'];
+/**
+ * A format: a file of the mesh that can be compressed and holds every mesh, unless it says otherwise.
+ *
+ * @param {Partial<import('../hexcast.js').FormatFacts>} [facts]
+ * @returns {import('../hexcast.js').FormatFacts}
+ */
+const row = (facts) =>
+  Object.freeze({
+    kind: 'cells',
+    type: 'application/octet-stream',
+    compresses: true,
+    ascii: false,
+    unit: false,
+    spacing: 'any',
+    ...facts,
+  });
+const [VTI, VTR] = ['application/vnd.vtk.vti+xml', 'application/vnd.vtk.vtr+xml'];
+const [ZIP, XML] = ['application/zip', 'application/xml'];
+const MEASURED = /** @type {const} */ ({ kind: 'measured' });
+const EXPORT = /** @type {const} */ ({ kind: 'export' });
+const PLAIN = { compresses: false };
+const EQUAL = /** @type {const} */ ({ spacing: 'equal' });
+
+/** Every format, in the order of lists. */
+export const formats = /** @type {typeof import('../hexcast.js').formats} */ (
+  Object.freeze({
+    vti: row({ type: VTI, ...EQUAL }),
+    vtr: row({ type: VTR }),
+    npy: row(PLAIN),
+    npz: row(),
+    raw: row(PLAIN),
+    hxc: row(),
+    zarr: row({ type: ZIP }),
+    'links.npz': row(MEASURED),
+    'links.h5': row({ ...MEASURED, type: 'application/x-hdf5' }),
+    links: row({ ...MEASURED, ...PLAIN }),
+    'staggered.npz': row(MEASURED),
+    'fractions.npz': row(MEASURED),
+    'fractions.vti': row({ ...MEASURED, ...EQUAL, type: VTI }),
+    'fractions.vtr': row({ ...MEASURED, type: VTR }),
+    'fractions.npy': row({ ...MEASURED, ...PLAIN }),
+    'fractions.zarr': row({ ...MEASURED, type: ZIP }),
+    foam: row({ ...EXPORT, type: ZIP, ascii: true, unit: true }),
+    inp: row({ ...EXPORT, ...PLAIN, unit: true }),
+    msh: row({ ...EXPORT, ...PLAIN, ascii: true }),
+    xdmf: row({ ...EXPORT, type: ZIP }),
+    'csx.xml': row({ ...EXPORT, ...PLAIN, type: XML, unit: true }),
+    in: row({ ...EXPORT, ...EQUAL, type: ZIP, unit: true }),
+    'geometry.xml': row({ ...EXPORT, ...EQUAL, ...PLAIN, type: XML, unit: true }),
+    nrrd: row({ ...EXPORT, ...EQUAL }),
+    vox: row({ ...EXPORT, ...EQUAL, ...PLAIN }),
+    binvox: row({ ...EXPORT, ...PLAIN, spacing: 'cubes' }),
+  })
+);
+const NAMES = /** @type {Format[]} */ (Object.keys(formats));
 /** Options of what stands for a cell. */
 const BYTES = ['bits', 'axisOrder', 'map'];
 const WRITE = ['compress', 'ascii', 'exportFlags', ...BYTES, ...CALL];
 const SIDECAR = ['hash', ...BYTES, ...CALL];
 
-/** Types of files that have one. @type {Partial<Record<Format, string>>} */
-const MIME = {
-  vti: 'application/vnd.vtk.vti+xml',
-  vtr: 'application/vnd.vtk.vtr+xml',
-  'fractions.vti': 'application/vnd.vtk.vti+xml',
-  'fractions.vtr': 'application/vnd.vtk.vtr+xml',
-  zarr: 'application/zip',
-  'fractions.zarr': 'application/zip',
-  foam: 'application/zip',
-  xdmf: 'application/zip',
-  in: 'application/zip',
-  'links.h5': 'application/x-hdf5',
-  'csx.xml': 'application/xml',
-  'geometry.xml': 'application/xml',
-};
-
 /** @typedef {import('../hexcast.js').Format} Format */
-
-/** The type of a file. @param {Format} format */
-export function mimeOf(format) {
-  return MIME[format] ?? 'application/octet-stream';
-}
-
-/** Whether a file is compressed unless the caller says otherwise: all that can be. @param {Format} format */
-function isCompressed(format) {
-  return !NEVER_COMPRESSED.includes(format);
-}
 
 /**
  * The options of a file, with what they are by default: those of its bytes, `asked`, and those of the call.
@@ -48,9 +70,9 @@ function isCompressed(format) {
  * @param {import('../hexcast.js').WriteOptions} [options]
  */
 export function written(format, options) {
-  oneOf('format', format, FORMATS);
+  oneOf('format', format, NAMES);
   const {
-    compress = isCompressed(format) ? 6 : 0,
+    compress = formats[format].compresses ? 6 : 0,
     ascii = false,
     exportFlags,
     signal,

@@ -5,7 +5,7 @@ import { CALL, optionsOf, wholeNumber, threeNumbers } from './check.js';
 import { report } from './connection.js';
 import { HexcastError } from '../protocol/error.js';
 import { flagsBuffer, flagsTexture } from './flags_on_gpu.js';
-import { described, mimeOf, written } from './formats.js';
+import { described, formats, written } from './formats.js';
 import { mostBytes, slicesAsked, viewAsked } from './picture_options.js';
 import { plainJson } from './job_json.js';
 import { columnBytes } from './source.js';
@@ -320,7 +320,7 @@ export class Mesh {
       [pieces, bytes] = [[], 0];
     };
     await this.stream(format, options).pipeTo(new WritableStream({ write }));
-    return new Blob([...parts, ...pieces], { type: mimeOf(format) });
+    return new Blob([...parts, ...pieces], { type: formats[format].type });
   }
 
   /** @param {import('../hexcast.js').SidecarOptions} [options] */

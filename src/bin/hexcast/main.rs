@@ -36,6 +36,7 @@ mod files {
     pub(crate) mod zarr_output;
 }
 mod screen {
+    pub(crate) mod help;
     pub(crate) mod memory;
     pub(crate) mod progress;
     pub(crate) mod summary;
@@ -107,8 +108,10 @@ fn main() -> ExitCode {
     #[cfg(target_os = "linux")]
     options::device_select::disable_without_session();
     let arguments = options::spelling::joined(std::env::args_os());
-    let matches =
-        |arguments: &[OsString]| options::spelling::with_negative_numbers(Cli::command()).get_matches_from(arguments);
+    let matches = |arguments: &[OsString]| {
+        let command = options::spelling::with_negative_numbers(Cli::command());
+        screen::help::with_first_options(command).get_matches_from(arguments)
+    };
     let mut given = matches(&arguments);
     options::job_files::leave_out(options::job_options::overridden(&given));
     match options::job_options::with_options_of_job(&given, &arguments) {

@@ -260,20 +260,18 @@ fn guesses_of_quotients_may_be_off() {
             "let first = max(u32(min(guess(size, by), 1073741824.0)), 1u) - 1u;",
         ),
     ];
+    let cases = some_cases();
     for (from, to) in &faults {
         let gpu = open(known, None, from, to).expect("it is a device like any other");
-        for check in [
-            pollster::block_on(kernel_checks::intersect_makes_the_tiles_of_the_definition(&gpu)),
-            pollster::block_on(kernel_checks::intersect_deep_finds_every_crossing(&gpu)),
-            pollster::block_on(kernel_checks::intersect_graded_finds_every_crossing(&gpu)),
-            pollster::block_on(kernel_checks::the_whole_line_gives_the_golden_files(&gpu)),
-        ] {
-            check.unwrap_or_else(|what| panic!("{to}: {what}"));
+        for kernel in ["intersect", "intersect_deep", "intersect_graded"] {
+            check(&gpu, kernel, &cases).unwrap_or_else(|what| panic!("{to}: {what}"));
         }
+        let golden = pollster::block_on(kernel_checks::the_whole_line_gives_the_golden_files(&gpu));
+        golden.unwrap_or_else(|what| panic!("{to}: {what}"));
     }
     // larger errors than the proof allows are caught
     let gpu = open(known, None, faults[0].0, "return value / divisor * 1.01;").expect("it is a device like any other");
-    assert!(pollster::block_on(kernel_checks::intersect_makes_the_tiles_of_the_definition(&gpu)).is_err());
+    assert!(check(&gpu, "intersect", &cases).is_err());
 }
 
 /// A sphere in several bands.

@@ -1,4 +1,5 @@
 /** Downloads: streamed to disk where the browser lets the user pick a place, through its private file system or a Blob elsewhere. */
+import { formats } from 'hexcast';
 import { byId, make } from '../elements/dom.js';
 import { bytes } from '../text/format.js';
 import { showError } from '../elements/messages.js';
@@ -102,7 +103,7 @@ export function entry(mesh, file) {
 /** Sizes that depend on the flags, and on the digits of the mesh lines. @param {Mesh} mesh @param {FileKind} file */
 function guess(mesh, { id, format }) {
   if (!format) return `about ${bytes(700 + 20 * mesh.dims.reduce((sum, n) => sum + n + 1, 0))}`;
-  if (isExport(format)) return '';
+  if (formats[format].kind === 'export') return '';
   if (id in PER_ENTRY) return `up to ${bytes(PER_ENTRY[id] * entriesOf(mesh, id))}`;
   if (id === 'hxc') return `up to ${bytes(columnBytes(mesh))}`;
   const nLines = mesh.dims.reduce((sum, n) => sum + n + 1, 0);
@@ -168,17 +169,12 @@ async function download(mesh, file, button, status) {
  * @param {import('hexcast').WriteOptions} options
  */
 function sizeAtMost(mesh, format, options) {
-  const export_ = isExport(format) ? EXPORT_BYTES * mesh.report.cells : 0;
+  const export_ = formats[format].kind === 'export' ? EXPORT_BYTES * mesh.report.cells : 0;
   return mesh.size(format, options) ?? (format === 'hxc' ? columnBytes(mesh) : export_);
 }
 
 /** Bytes of a cell in the longest files for solvers, about. */
 const EXPORT_BYTES = 200;
-
-/** Whether a format is one of those for solvers, whose sizes depend on the flags. @param {import('hexcast').Format} format */
-function isExport(format) {
-  return ['foam', 'inp', 'msh', 'xdmf', 'csx.xml', 'in', 'geometry.xml', 'nrrd', 'vox', 'binvox'].includes(format);
-}
 
 /** Bytes of the columns, in memory and spilled. @param {Mesh} mesh */
 function columnBytes({ columns, report }) {

@@ -1,4 +1,5 @@
 /** Files for solvers: those that the mesh can be, of the cells of some flags. */
+import { formats } from 'hexcast';
 import { byId, inputOf, selectOf } from '../elements/dom.js';
 import { entry, file } from './downloads.js';
 import { numbersOf } from '../text/format.js';
@@ -8,11 +9,6 @@ import { on, state } from '../state/state.js';
 
 /** Cell sizes that differ by less are equal. */
 const ROUNDING = 1e-9;
-/** Formats with a form in text besides the binary one, those that need the unit of lengths, and those of cells of one size. */
-const IN_TEXT = ['foam', 'msh'];
-const WITH_UNIT = ['foam', 'inp', 'csx.xml', 'in', 'geometry.xml'];
-const OF_EQUAL = ['in', 'geometry.xml', 'nrrd', 'vox', 'binvox'];
-
 const FILES = [
   file('foam', 'foam.zip', 'OpenFOAM', 'to be unpacked into a case', { format: 'foam', options: { compress: 1 } }),
   file('inp', 'inp', 'Abaqus, CalculiX', 'bricks, sets, surfaces', { format: 'inp' }),
@@ -105,16 +101,17 @@ function flagsToExport() {
 
 /** @param {FileKind} kind @param {import('hexcast').Mesh} mesh */
 function isOffered({ format = 'nrrd' }, { lines, report }) {
-  if (report.unit === null && WITH_UNIT.includes(format)) return false;
-  if (!lines.spacing) return !OF_EQUAL.includes(format);
+  const { unit, spacing } = formats[format];
+  if (unit && report.unit === null) return false;
+  if (!lines.spacing) return spacing === 'any';
   const [x, ...others] = lines.spacing;
-  return format !== 'binvox' || others.every((size) => Math.abs(size / x - 1) <= ROUNDING);
+  return spacing !== 'cubes' || others.every((size) => Math.abs(size / x - 1) <= ROUNDING);
 }
 
 /** @param {FileKind} kind @param {number[]} exportFlags @returns {FileKind} */
 function withOptions({ options, ...kind }, exportFlags) {
   const format = kind.format ?? 'nrrd';
-  const ascii = inputOf('export-ascii').checked && IN_TEXT.includes(format);
+  const ascii = inputOf('export-ascii').checked && formats[format].ascii;
   const only = exportFlags.length > 0 && format !== 'nrrd';
   return { ...kind, options: { ...options, ...(ascii ? { ascii } : {}), ...(only ? { exportFlags } : {}) } };
 }

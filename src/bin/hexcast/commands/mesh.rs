@@ -29,42 +29,12 @@ use crate::options::{
 };
 use crate::screen::{memory, progress::Progress, summary, terminal};
 
-const EXAMPLES: &str = "\
-Examples:
-    hexcast mesh part.stl --cells 256 -o part.vti
-    hexcast mesh case.stl coil.stl:flag=7,priority=2,name=copper --max-cell-size 0.5 --unit mm -o coil.hxc
-    hexcast mesh part.stl --domain -1,-1,0,1,1,2 --dims 200,200,200 -o part.raw -o part.npy --report part.json
-    hexcast mesh --job antenna.toml --cells 512 -o antenna.vti --compress=none
-    make-model | hexcast mesh - --cells 128 -o - --format npy > part.npy
-    hexcast mesh --job ship.toml --part 3/64 -o ship.zarr --report part3.json
-
-Formats, by the name of the output:
-    .vti  VTK image data, for ParaView (zlib unless --compress=none)
-    .vtr  VTK rectilinear grid: like .vti, with all lines, for cells that differ in size
-    .npy  NumPy array of shape (nz, ny, nx)
-    .npz  the same as the array flag, and the lines of each axis as x, y, z (zlib unless --compress=none)
-    .raw  one byte a cell, x fastest; OUT.raw.json says what they mean
-    .zarr Zarr v3, a folder or s3://BUCKET/NAME.zarr: flag (z, y, x) in shards, and the centres x, y, z; for
-          zarr-python and xarray. With --part K/N only the shards of that part, in the store of the whole
-    .zarr.zip the files of such a store in one archive: a ZipStore of zarr-python
-    .foam OpenFOAM: constant/polyMesh beside an empty file of that name; or give DIR/constant/polyMesh
-    .inp  Abaqus and CalculiX: bricks, sets, surfaces
-    .msh  Gmsh 4.1: hexahedra
-    .xdmf hexahedra for ParaView, meshio and dolfinx, with their numbers beside it in .h5
-    .csx.xml openEMS: lines, materials and boxes
-    .in   gprMax 4: to be included in an input file, with NAME_geo.h5 and NAME_materials.json
-    geometry.xml OpenMC: a lattice; the name must be this
-    .nrrd NRRD, for 3D Slicer and ITK (gzip unless --compress=none)
-    .vox, .binvox MagicaVoxel and binvox, to look at
-    .hxc  columns, by far the smallest; `hexcast convert` makes any other from it";
-
 /// Mesh surfaces: give each cell of a box the flag of the geometry that its centre is in
 #[derive(clap::Args)]
-#[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
     #[command(flatten)]
     job: JobArguments,
-    /// Output; its ending chooses the format, see below. - is standard output, with --format. May be given several times. Without it only
+    /// Output; its ending chooses the format, see --help. - is standard output, with --format. May be given several times. Without it only
     /// the report is made
     #[arg(id = "outputs", short, long = "output", value_name = "OUT", help_heading = "Output")]
     outputs: Vec<PathBuf>,
@@ -77,30 +47,30 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     spill: SpillArguments,
     /// Write the report to a file, as JSON; - is standard output
-    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    #[arg(long, value_name = "FILE", help_heading = "Report")]
     report: Option<PathBuf>,
     /// Print the report to standard output as JSON, and nothing else there
-    #[arg(long, help_heading = "Output")]
+    #[arg(long, help_heading = "Report")]
     json: bool,
     /// Write a job file that does the same as all arguments together, and mesh nothing. Its name chooses TOML or JSON; - is standard output
-    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    #[arg(long, value_name = "FILE", help_heading = "Report")]
     dump_job: Option<PathBuf>,
     /// Write a mask of the doubtful cells to a file, .vti, .vtr, .npy, .npz, .raw or .hxc: 1 where the winding number or a vote decided, as the
     /// rays could not
-    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    #[arg(long, value_name = "FILE", help_heading = "Measured")]
     doubt: Option<PathBuf>,
     /// Expand all flags in memory, and include that in the total time: for comparisons with other meshers
     #[arg(long, help_heading = "Output")]
     flags_in_memory: bool,
     /// End with exit code 8 if there are warnings about the mesh or its input files; the outputs are written all the same. That `auto` found
     /// no GPU to use is not counted: the cells are the same
-    #[arg(long, help_heading = "Output")]
+    #[arg(long, help_heading = "Report")]
     strict: bool,
     /// Print nothing but warnings and errors
-    #[arg(short, long, conflicts_with = "verbose", help_heading = "Output")]
+    #[arg(short, long, conflicts_with = "verbose", help_heading = "Report")]
     quiet: bool,
     /// Print more: geometries, end points, all stages
-    #[arg(short, long, help_heading = "Output")]
+    #[arg(short, long, help_heading = "Report")]
     verbose: bool,
 }
 

@@ -16,7 +16,7 @@ use crate::files::output_file::{OutputFile, PendingFile};
 
 /// Pictures that are drawn of the mesh.
 #[derive(clap::Args)]
-#[command(next_help_heading = "Output")]
+#[command(next_help_heading = "Pictures")]
 pub(crate) struct PictureArguments {
     /// Draw slices of the mesh, .png, as `hexcast slice` does, with settings as in part.png:axis=x/z,at=25% (keys: axis, at, lines, size, flags,
     /// colours); may be given several times

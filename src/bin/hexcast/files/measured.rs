@@ -25,7 +25,7 @@ use crate::options::{arguments::choice, format_arguments::FormatArguments, job_o
 
 /// What is measured, and where it goes.
 #[derive(clap::Args)]
-#[command(next_help_heading = "Output")]
+#[command(next_help_heading = "Measured")]
 pub(crate) struct MeasuredArguments {
     /// Write the links that lead from cells of the fluid to a wall to a file, .npz, .h5 or .links: of each the fraction up to the wall, the
     /// facet and the geometry

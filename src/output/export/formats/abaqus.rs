@@ -24,11 +24,13 @@ use crate::output::export::{
     unit::metres,
 };
 
+const ABOUT: &str = "Abaqus and CalculiX: bricks, sets, surfaces";
+
 pub(in crate::output::export) const FORMAT: Format = Format {
     longest_name: Some(LONGEST_NAME),
     unit: Some(("an Abaqus file, whose materials are in SI units,", "metres")),
     check_materials,
-    ..Format::new(&[".inp"], |job, name, files| Box::pin(write(job, name, files)))
+    ..Format::new(&[".inp"], ABOUT, |job, name, files| Box::pin(write(job, name, files)))
 };
 
 /// Greatest number of a node or an element in Abaqus.

@@ -11,9 +11,11 @@ use crate::output::export::{
     output::{Export, Files, Out},
 };
 
+const ABOUT: &str = "binvox, to look at";
+
 pub(in crate::output::export) const FORMAT: Format = Format {
     check_lines: |lines| cubes(lines, ".binvox").map(|_| ()),
-    ..Format::new(&[".binvox"], |job, name, files| Box::pin(write(job, name, files)))
+    ..Format::new(&[".binvox"], ABOUT, |job, name, files| Box::pin(write(job, name, files)))
 };
 
 async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {

@@ -21,12 +21,14 @@ use crate::output::export::{
     xml::Xml,
 };
 
+const ABOUT: &str = "openEMS: lines, materials and boxes";
+
 pub(in crate::output::export) const FORMAT: Format = Format {
     has_plates: true,
     unit: Some((WHAT, "metres")),
     check_materials: |names, flags| substances(names, flags, WHAT).map(|_| ()),
     check_mesh: |mesh, options, keeps| check_conductors(mesh, options, keeps, WHAT),
-    ..Format::new(&[".csx.xml"], |job, name, files| Box::pin(write(job, name, files)))
+    ..Format::new(&[".csx.xml"], ABOUT, |job, name, files| Box::pin(write(job, name, files)))
 };
 
 const WHAT: &str = "openEMS";

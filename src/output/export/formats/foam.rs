@@ -19,12 +19,14 @@ use crate::output::export::{
     unit::metres,
 };
 
+const ABOUT: &str = "OpenFOAM: constant/polyMesh beside an empty file of that name; or give DIR/constant/polyMesh";
+
 pub(in crate::output::export) const FORMAT: Format = Format {
     has_ascii: true,
     longest_name: Some(LONGEST_NAME),
     unit: Some(("OpenFOAM", "metres")),
     file_names,
-    ..Format::new(&[".foam", "constant/polyMesh"], |job, name, files| Box::pin(write(job, name, files)))
+    ..Format::new(&[".foam", "constant/polyMesh"], ABOUT, |job, name, files| Box::pin(write(job, name, files)))
 };
 
 /// Names of the patches on the sides of the box.

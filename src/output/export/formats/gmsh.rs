@@ -15,10 +15,12 @@ use crate::output::export::{
     patches::Boundary,
 };
 
+const ABOUT: &str = "Gmsh 4.1: hexahedra";
+
 pub(in crate::output::export) const FORMAT: Format = Format {
     has_ascii: true,
     longest_name: Some(LONGEST_NAME),
-    ..Format::new(&[".msh"], |job, name, files| Box::pin(write(job, name, files)))
+    ..Format::new(&[".msh"], ABOUT, |job, name, files| Box::pin(write(job, name, files)))
 };
 
 /// Type of an element of eight corners.

@@ -27,6 +27,8 @@ use crate::output::export::{
     unit::metres,
 };
 
+const ABOUT: &str = "gprMax 4: to be included in an input file, with NAME_geo.h5 and NAME_materials.json";
+
 pub(in crate::output::export) const FORMAT: Format = Format {
     compresses: true,
     has_plates: true,
@@ -35,7 +37,7 @@ pub(in crate::output::export) const FORMAT: Format = Format {
     check_lines: |lines| equal_cells(lines, WHAT).map(|_| ()),
     check_materials,
     check_mesh: |mesh, options, keeps| check_conductors(mesh, options, keeps, WHAT),
-    ..Format::new(&[".in"], |job, name, files| Box::pin(write(job, name, files)))
+    ..Format::new(&[".in"], ABOUT, |job, name, files| Box::pin(write(job, name, files)))
 };
 
 const WHAT: &str = "gprMax";

@@ -21,12 +21,14 @@ use crate::output::export::{
 };
 use crate::output::write::Compress;
 
+const ABOUT: &str = "NRRD, for 3D Slicer and ITK (gzip unless --compress=none)";
+
 pub(in crate::output::export) const FORMAT: Format = Format {
     compresses: true,
     has_flags: false,
     check_lines: |lines| equal_cells(lines, ".nrrd").map(|_| ()),
     exact_size,
-    ..Format::new(&[".nrrd"], |job, name, files| Box::pin(write(job, name, files)))
+    ..Format::new(&[".nrrd"], ABOUT, |job, name, files| Box::pin(write(job, name, files)))
 };
 
 /// Level of gzip where the caller asks for zlib's.

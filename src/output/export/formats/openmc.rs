@@ -19,10 +19,12 @@ use crate::output::export::{
     xml::Xml,
 };
 
+const ABOUT: &str = "OpenMC: a lattice; the name must be this";
+
 pub(in crate::output::export) const FORMAT: Format = Format {
     unit: Some((WHAT, "centimetres")),
     check_lines,
-    ..Format::new(&["geometry.xml"], |job, name, files| Box::pin(write(job, name, files)))
+    ..Format::new(&["geometry.xml"], ABOUT, |job, name, files| Box::pin(write(job, name, files)))
 };
 
 const WHAT: &str = "OpenMC";

@@ -15,11 +15,13 @@ use crate::output::export::{
     output::{Export, Files, Out},
 };
 
+const ABOUT: &str = "MagicaVoxel, to look at";
+
 pub(in crate::output::export) const FORMAT: Format = Format {
     check_lines: |lines| equal_cells(lines, ".vox").map(|_| ()),
     check_flags,
     check_mesh,
-    ..Format::new(&[".vox"], |job, name, files| Box::pin(write(job, name, files)))
+    ..Format::new(&[".vox"], ABOUT, |job, name, files| Box::pin(write(job, name, files)))
 };
 
 /// Most cells of a model along an axis.

@@ -16,11 +16,13 @@ use crate::output::export::{
     xml::Xml,
 };
 
+const ABOUT: &str = "hexahedra for ParaView, meshio and dolfinx, with their numbers beside it in .h5";
+
 pub(in crate::output::export) const FORMAT: Format = Format {
     compresses: true,
     longest_name: Some(LONGEST_NAME),
     file_names: |name| file_names(name).to_vec(),
-    ..Format::new(&[".xdmf"], |job, name, files| Box::pin(write(job, name, files)))
+    ..Format::new(&[".xdmf"], ABOUT, |job, name, files| Box::pin(write(job, name, files)))
 };
 
 /// Most characters of a name.

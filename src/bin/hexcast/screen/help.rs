@@ -1,0 +1,55 @@
+//! The help of `hexcast mesh`: ten options first, all of them and the formats where more is asked for.
+
+use clap::Command;
+use hexcast::export::Exporter;
+
+/// What most people need first, which `-h` shows; `--help` shows all.
+const FIRST: [&str; 10] =
+    ["output", "job", "cells", "cell-size", "domain", "unit", "graded", "open", "report", "backend"];
+
+/// Formats of the cells themselves, by the ends of their names.
+const CELLS: [(&str, &str); 7] = [
+    (".vti", "VTK image data, for ParaView (zlib unless --compress=none)"),
+    (".vtr", "VTK rectilinear grid: like .vti, with all lines, for cells that differ in size"),
+    (".npy", "NumPy array of shape (nz, ny, nx)"),
+    (".npz", "the same as the array flag, and the lines of each axis as x, y, z (zlib unless --compress=none)"),
+    (".raw", "one byte a cell, x fastest; OUT.raw.json says what they mean"),
+    (
+        ".zarr",
+        "Zarr v3, a folder or s3://BUCKET/NAME.zarr: flag (z, y, x) in shards, and the centres x, y, z; for \
+         zarr-python and xarray. With --part K/N only the shards of that part, in the store of the whole",
+    ),
+    (".zarr.zip", "the files of such a store in one archive: a ZipStore of zarr-python"),
+];
+const COLUMNS: (&str, &str) = (".hxc", "columns, by far the smallest; `hexcast convert` makes any other from it");
+
+const EXAMPLES: &str = "\
+Examples:
+    hexcast mesh part.stl --cells 256 -o part.vti
+    hexcast mesh case.stl coil.stl:flag=7,priority=2,name=copper --max-cell-size 0.5 --unit mm -o coil.hxc
+    hexcast mesh part.stl --domain -1,-1,0,1,1,2 --dims 200,200,200 -o part.raw -o part.npy --report part.json
+    hexcast mesh --job antenna.toml --cells 512 -o antenna.vti --compress=none
+    make-model | hexcast mesh - --cells 128 -o - --format npy > part.npy
+    hexcast mesh --job ship.toml --part 3/64 -o ship.zarr --report part3.json";
+
+/// Gives `mesh` a short help of its first options.
+pub(crate) fn with_first_options(command: Command) -> Command {
+    command.mut_subcommand("mesh", |mesh| {
+        let n_options = mesh.get_opts().count() + mesh.get_positionals().count();
+        let rest = format!("{EXAMPLES}\n\nAll {n_options} arguments, and the formats: hexcast mesh --help");
+        let of_mesh = mesh.mut_args(|argument| {
+            let is_first = argument.is_positional() || argument.get_long().is_some_and(|long| FIRST.contains(&long));
+            argument.hide_short_help(!is_first)
+        });
+        of_mesh.after_help(rest).after_long_help(format!("{EXAMPLES}\n\n{}", formats()))
+    })
+}
+
+/// The formats, by the names of outputs.
+fn formats() -> String {
+    let exporters = Exporter::ENDINGS.iter().filter(|(ending, _)| *ending != "constant/polyMesh");
+    let rows =
+        CELLS.into_iter().chain(exporters.map(|(ending, exporter)| (*ending, exporter.about()))).chain([COLUMNS]);
+    let rows = rows.map(|(ending, about)| format!("\n    {ending:<13} {about}")).collect::<String>();
+    format!("Formats, by the name of the output:{rows}")
+}
