@@ -31,7 +31,6 @@ mod leak;
 mod mesh;
 mod picture;
 mod resting;
-mod store;
 mod surface;
 mod values;
 mod work;

@@ -216,12 +216,24 @@ impl Mesh {
         control: &Control,
         mut consume: impl FnMut(&[u8]) -> Result<()>,
     ) -> Result<()> {
+        at_once(self.for_each_slab_of_bits_with_rests(max_bytes, &control.without_pauses(), &mut consume))
+    }
+
+    /// Like [`Mesh::for_each_slab_of_bits`], with a rest before every slab.
+    ///
+    /// # Errors
+    /// Those of [`Mesh::for_each_slab`].
+    pub(crate) async fn for_each_slab_of_bits_with_rests(
+        &self,
+        max_bytes: usize,
+        control: &Control,
+        consume: &mut dyn FnMut(&[u8]) -> Result<()>,
+    ) -> Result<()> {
         let fill = |columns: &Columns, cells: &CellBox, out: &mut Vec<u8>| {
             out.resize(n_bytes_of_bits(cells), 0);
             expand_bits(columns, cells, out)
         };
-        let control = control.without_pauses();
-        at_once(self.hand_slabs(&mut self.slabs(max_bytes.saturating_mul(8)), &control, &fill, &mut consume))
+        self.hand_slabs(&mut self.slabs(max_bytes.saturating_mul(8)), control, &fill, consume).await
     }
 
     /// Hands slabs to `consume` while `fill` makes the next from columns that are cheap to expand there; compiled once.

@@ -252,12 +252,14 @@ fn most_crossings(chosen: &[Chosen], ends: &[Range<u32>; 2]) -> f32 {
 }
 
 fn choose(index: usize, (frame, rays): (&Frame, &Rays), ends: &[Range<u32>; 2]) -> Option<Chosen> {
-    let corners = frame.facets[index].map(|corner| rays.project(corner));
+    // without `map` of arrays, which is a call for each number: this runs for every facet and band
+    let [a, b, c] = frame.facets[index];
+    let corners = [rays.project(a), rays.project(b), rays.project(c)];
     let mut under = [[0; 2]; 2];
     // of the rays under its box, those of the band; and the rays in a square of a unit
     let (mut share, mut density) = (1.0, 1.0);
     for side in 0..2 {
-        let [a, b, c] = corners.map(|corner| corner[side]);
+        let [a, b, c] = [corners[0][side], corners[1][side], corners[2][side]];
         let [low, high] = [a.min(b).min(c), a.max(b).max(c)];
         let [start, end] = rays_between(frame, rays.across[side], [low, high]);
         let [first, last] = [start.max(ends[side].start as i32), (end.min(ends[side].end as i32)) - 1];
@@ -270,17 +272,19 @@ fn choose(index: usize, (frame, rays): (&Frame, &Rays), ends: &[Range<u32>; 2]) 
             true => (end - start) as f32 / (high - low).max(1) as f32,
         };
         // bins, too, are counted from the first ray of the band
-        under[side] = [first, last].map(|ray| ray as u32 - ends[side].start);
+        under[side] = [first as u32 - ends[side].start, last as u32 - ends[side].start];
     }
-    let [columns, rows] = under.map(|[first, last]| last / BIN - first / BIN + 1);
-    let [[x0, y0, _], [x1, y1, _], [x2, y2, _]] = corners.map(|corner| corner.map(|word| word as f32));
-    let area = share * density * 0.5 * ((x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)).abs();
-    let rays_under = under.map(|[first, last]| (last - first + 1) as f32).iter().product();
+    let bins = |[first, last]: [u32; 2]| last / BIN - first / BIN + 1;
+    let (columns, rows) = (bins(under[0]), bins(under[1]));
+    let at = |corner: usize, side: usize| corners[corner][side] as f32;
+    let [to_b, to_c] = [[at(1, 0) - at(0, 0), at(1, 1) - at(0, 1)], [at(2, 0) - at(0, 0), at(2, 1) - at(0, 1)]];
+    let area = share * density * 0.5 * (to_b[0] * to_c[1] - to_c[0] * to_b[1]).abs();
+    let n_under = |[first, last]: [u32; 2]| (last - first + 1) as f32;
     Some(Chosen {
         index: index as u32,
         n_bins: columns * rows,
         n_items: columns.div_ceil(SEGMENT) * rows,
-        n_rays: area.min(rays_under),
+        n_rays: area.min(n_under(under[0]) * n_under(under[1])),
         rays: under,
     })
 }

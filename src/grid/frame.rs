@@ -196,7 +196,10 @@ impl Frame {
         lines: &Lines,
     ) -> impl Fn(&Facet) -> SnappedFacet + Sync + Send + use<> {
         let (placing, scale, fraction_bits) = (geometry.placing(), Scale::new(lines), self.fraction_bits);
-        move |facet| facet.map(|corner| snap(placing(corner), &scale, fraction_bits))
+        move |&[a, b, c]| {
+            let snapped = |corner| snap(placing(corner), &scale, fraction_bits);
+            [snapped(a), snapped(b), snapped(c)]
+        }
     }
 
     /// Rank of the geometry of a facet.
@@ -281,7 +284,7 @@ pub(crate) fn in_window(facet: &SnappedFacet, cells: [[u32; 3]; 2], whole: &Fram
 
 /// Whether a facet reaches the cells of a window along an axis.
 fn is_near(facet: &SnappedFacet, axis: usize, cells: [[u32; 3]; 2], whole: &Frame) -> bool {
-    let places = facet.map(|corner| corner[axis]);
+    let places = [facet[0][axis], facet[1][axis], facet[2][axis]];
     // cells along a surface are touched by facets beside their centres
     let [low, high] = cells.map(|cell| whole.face(axis, cell[axis]));
     places.iter().any(|&place| place >= low) && places.iter().any(|&place| place <= high)
@@ -294,7 +297,8 @@ fn from_window(facet: &SnappedFacet, [first, _]: [[u32; 3]; 2], whole: &Frame) -
 
 /// A facet moved by so many units along each axis.
 pub(crate) fn moved(facet: &SnappedFacet, by: [i32; 3]) -> SnappedFacet {
-    facet.map(|corner| [0, 1, 2].map(|axis| corner[axis] + by[axis]))
+    let at = |[x, y, z]: [i32; 3]| [x + by[0], y + by[1], z + by[2]];
+    [at(facet[0]), at(facet[1]), at(facet[2])]
 }
 
 #[inline(always)]

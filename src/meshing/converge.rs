@@ -13,8 +13,7 @@ use crate::input::geometry::Geometry;
 use crate::input::job::Job;
 use crate::input::sources::{Source, geometries};
 use crate::meshing::pipeline::{self, Engine, MeshOptions};
-use crate::output::write::column_file::ColumnFileEncoder;
-use crate::output::write::{Compress, Format, Options, exact_size};
+use crate::output::write::{Compress, Format, Options, Sink, column_file, exact_size};
 
 /// Flags that are looked at at a time.
 const SLAB: usize = 1 << 26;
@@ -120,12 +119,10 @@ pub async fn converge(
 
 /// Bytes of a mesh as a column file.
 async fn column_bytes(mesh: &Mesh, control: &Control) -> Result<u64> {
-    let (mut encoder, mut n_bytes) = (ColumnFileEncoder::new(mesh, Compress::None)?, 0);
-    while let Some(bytes) = encoder.step(mesh)? {
-        n_bytes += bytes.len() as u64;
-        control.rest().await?;
-    }
-    Ok(n_bytes)
+    let mut nowhere = std::io::sink();
+    let mut sink = Sink::new(&mut nowhere, "the columns");
+    column_file::write(mesh, Compress::None, &mut sink, control).await?;
+    sink.finish()
 }
 
 /// Area of the facets of geometries, projected on planes across x, y and z.

@@ -5,17 +5,18 @@
 
 pub(crate) mod archive;
 pub mod bits;
+pub(crate) mod cells;
 pub mod column_file;
 pub(crate) mod fractions;
 pub(crate) mod links;
 pub mod npy;
-pub(crate) mod npz;
+mod npz;
 mod options;
-pub(crate) mod ordered;
+mod ordered;
 pub mod raw;
 pub mod sidecar;
 mod sink;
-pub(crate) mod solid;
+mod solid;
 pub(crate) mod staggered;
 pub(crate) mod store;
 pub mod vti;
@@ -25,15 +26,13 @@ pub mod zarr;
 
 use std::io;
 
-use sha2::{Digest, Sha256};
-
-use crate::base::checksum::hex;
 use crate::base::control::{Control, at_once};
 use crate::base::error::{Error, Result};
 use crate::derived::mesh::Mesh;
 use crate::grid::lines::Lines;
 
 pub use archive::{Array, write_arrays};
+use cells::Cells;
 pub use fractions::write_fractions;
 pub use links::{LinksFormat, write_links};
 pub use options::{AxisOrder, Compress, Format, Options, Written};
@@ -42,7 +41,6 @@ pub(crate) use sink::Sink;
 pub use solid::write_solid;
 pub use staggered::write_staggered;
 pub use store::Place;
-use store::{OfCells, Store};
 pub use vtp::leak_vtp;
 
 /// Writes a mesh in file order, slab by slab; never seeks. Flushes at the end.
@@ -58,32 +56,7 @@ pub fn write(
     out: &mut dyn io::Write,
     control: &Control,
 ) -> Result<Written> {
-    let around = around(mesh, format, options)?;
-    let mut sink = Sink::new(out, "the mesh");
-    sink.hash = (format == Format::Raw && options.sha256).then(Sha256::new);
-    match (around, options.compress) {
-        (Some((head, tail)), _) => {
-            sink.put(&head)?;
-            if options.bits {
-                mesh.for_each_slab_of_bits(options.slab_bytes, control, |flags| sink.put(flags))?;
-            } else {
-                ordered::for_each_slab(mesh, options, control, |bytes| sink.put(bytes))?;
-            }
-            sink.put(&tail)?;
-        }
-        (None, Compress::Zlib(level)) if matches!(format, Format::Vti | Format::Vtr) => {
-            let flags = vti::Array::flags(mesh, options.slab_bytes, control);
-            vti::write(mesh, &flags, (format, level), options, &mut sink)?;
-        }
-        (None, _) if format == Format::Npz => npz::write(mesh, options, &mut sink, control)?,
-        (None, _) if format == Format::ZarrZip => {
-            let files = Store::new(mesh, &Place::of_whole(mesh), OfCells::flags(), options)?;
-            at_once(files.zip(&mut sink, &control.without_pauses()))?;
-        }
-        (None, compress) => column_file::write(mesh, compress, &mut sink, control)?,
-    }
-    let sha256 = sink.hash.take().map(|hash| hex(&hash.finalize()));
-    Ok(Written { n_bytes: sink.finish()?, sha256 })
+    at_once(Cells::flags(mesh, options).write(format, out, &control.without_pauses()))
 }
 
 /// The bytes before and after the flags in a file that holds them as they are, for callers that make the file slab by slab;
@@ -92,12 +65,7 @@ pub fn write(
 /// # Errors
 /// Those of [`write()`] before the first byte.
 pub fn around(mesh: &Mesh, format: Format, options: &Options) -> Result<Option<(Vec<u8>, Vec<u8>)>> {
-    check(format, options)?;
-    check_lines(&mesh.lines, format)?;
-    if options.bits {
-        bits::check(mesh)?;
-    }
-    Ok(head_and_tail(mesh, format, options))
+    Cells::flags(mesh, options).around(format)
 }
 
 /// Refuses cells of many sizes for a format of equal ones, for callers that have no mesh yet.
@@ -112,21 +80,11 @@ pub fn check_lines(lines: &Lines, format: Format) -> Result<()> {
     Ok(())
 }
 
-fn head_and_tail(mesh: &Mesh, format: Format, options: &Options) -> Option<(Vec<u8>, Vec<u8>)> {
-    match (format, options.compress) {
-        (Format::Raw, _) => Some((Vec::new(), Vec::new())),
-        (Format::Npy, _) => Some((npy::header(mesh.dims(), options), Vec::new())),
-        (Format::Vti | Format::Vtr, Compress::None) => {
-            Some(vti::head_and_tail(mesh, &vti::Numbers::flags(mesh), format))
-        }
-        _ => None,
-    }
-}
-
 /// Returns the size of a file before it is written, in bytes; None where it depends on the flags.
 pub fn exact_size(mesh: &Mesh, format: Format, options: &Options) -> Option<u64> {
-    let (head, tail) = head_and_tail(mesh, format, options)?;
-    raw::n_bytes(mesh.dims(), options.bits)?.checked_add((head.len() + tail.len()) as u64)
+    let cells = Cells::flags(mesh, options);
+    let (head, tail) = cells.head_and_tail(format)?;
+    cells.n_bytes()?.checked_add((head.len() + tail.len()) as u64)
 }
 
 /// Refuses options that the format would silently ignore.

@@ -138,7 +138,7 @@ pub(crate) fn rays_under(facet: &SnappedFacet, frame: &Frame, rays: &Rays) -> Op
     let mut under = [[0; 2]; 2];
     for side in 0..2 {
         let axis = rays.across[side];
-        let [a, b, c] = facet.map(|corner| corner[axis]);
+        let [a, b, c] = [facet[0][axis], facet[1][axis], facet[2][axis]];
         let first = frame.n_below(axis, a.min(b).min(c), false);
         let end = frame.n_below(axis, a.max(b).max(c), true);
         if first >= end {

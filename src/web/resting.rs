@@ -13,7 +13,7 @@ pub(super) struct Resting {
     /// None at the end.
     work: Option<Work<()>>,
     made: Buffer,
-    /// Rests that it had, and those of its first pass over all cells.
+    /// Rests that it had, and those of its pass over all cells before the first byte, if there is one.
     n_rests: [usize; 2],
 }
 
@@ -43,9 +43,11 @@ impl Resting {
         Ok(Some(self.made.take()))
     }
 
-    /// Share of the first pass over all cells, 0 to 1: what is written first may need all of it.
+    /// Share of the pass over all cells before the first byte, 0 to 1.
     pub(super) fn share(&self) -> f64 {
-        let [done, all] = self.n_rests;
-        (done as f64 / all as f64).min(1.0)
+        match self.n_rests {
+            [_, 0] => 1.0,
+            [done, all] => (done as f64 / all as f64).min(1.0),
+        }
     }
 }

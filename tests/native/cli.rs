@@ -342,7 +342,7 @@ fn completions_and_help_are_printed() {
 #[test]
 fn the_short_help_of_mesh_has_ten_options_and_the_long_one_all_under_their_headings() {
     let options = |help: &str| {
-        let words = help.lines().flat_map(|line| line.trim_start().split_whitespace().take(2));
+        let words = help.lines().flat_map(|line| line.split_whitespace().take(2));
         let longs = words.filter_map(|word| word.strip_prefix("--")).map(|word| word.trim_end_matches(',').to_string());
         longs.filter(|long| long != "help").collect::<BTreeSet<_>>()
     };

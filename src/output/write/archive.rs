@@ -1,6 +1,6 @@
 //! A ZIP archive of NumPy arrays, as `numpy.savez` writes them: what `.npz` files are.
 //!
-//! Arrays -> bytes, piece by piece, for callers that write them at once and for those that take them one by one. Entries are stored, or
+//! Arrays -> bytes, piece by piece, with rests between them for callers that take them one by one. Entries are stored, or
 //! deflated. Sizes are 64-bit, so that nothing ends at 4 GiB, and follow the data, so that nothing is written twice.
 //! Source: NumPy's `numpy.lib.npyio`, PKWARE's APPNOTE. Cost: a piece of memory.
 
@@ -12,7 +12,7 @@ use zip::write::{SimpleFileOptions, StreamWriter};
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
 use super::{Compress, Sink, npy};
-use crate::base::control::Control;
+use crate::base::control::{Control, at_once};
 use crate::base::error::{Error, Result};
 
 /// Items of a list that are laid out at a time.
@@ -244,10 +244,14 @@ impl Archive {
         })
     }
 
-    /// Writes an array to a sink.
-    pub(super) fn add(&mut self, array: &Array, sink: &mut Sink) -> Result<()> {
+    /// Writes an array to a sink; rests before every piece of it.
+    pub(super) async fn add(&mut self, array: &Array<'_>, sink: &mut Sink<'_>, control: &Control) -> Result<()> {
         self.begin(array.name, &array.header())?;
-        (0..array.n_pieces).try_for_each(|index| self.pass(&(array.piece)(index)?, sink))
+        for index in 0..array.n_pieces {
+            control.rest().await?;
+            self.pass(&(array.piece)(index)?, sink)?;
+        }
+        Ok(())
     }
 
     /// What was made since the last time.
@@ -260,39 +264,6 @@ impl Archive {
         self.end_array()?;
         self.zip.finish().map_err(failed)?;
         Ok(self.made.take())
-    }
-}
-
-/// Makes an archive of arrays, piece by piece.
-#[cfg(target_arch = "wasm32")]
-pub(crate) struct Encoder {
-    /// None at the end.
-    archive: Option<Archive>,
-    /// The array and its piece that are next; 0 is the header.
-    next: (usize, usize),
-}
-
-#[cfg(target_arch = "wasm32")]
-impl Encoder {
-    /// Starts an archive.
-    pub(crate) fn new(compress: Compress) -> Encoder {
-        Encoder { archive: Some(Archive::new(compress, Buffer::default())), next: (0, 0) }
-    }
-
-    /// The next bytes, possibly none yet; None at the end. The arrays are the same at every call.
-    ///
-    /// # Errors
-    /// `io`.
-    pub(crate) fn step(&mut self, arrays: &[Array]) -> Result<Option<Vec<u8>>> {
-        let Some(archive) = &mut self.archive else { return Ok(None) };
-        let (array, piece) = self.next;
-        let Some(of) = arrays.get(array) else { return self.archive.take().map(Archive::finish).transpose() };
-        match piece {
-            0 => archive.begin(of.name, &of.header())?,
-            _ => archive.put(&(of.piece)(piece - 1)?)?,
-        }
-        self.next = if piece == of.n_pieces { (array + 1, 0) } else { (array, piece + 1) };
-        Ok(Some(archive.take()))
     }
 }
 
@@ -311,19 +282,27 @@ pub(super) fn write_named(
     compress: Compress,
     out: &mut dyn Write,
 ) -> Result<u64> {
-    let mut sink = Sink::new(out, what);
-    write(compress, &mut sink, arrays)?;
-    sink.finish()
+    at_once(write_with_rests(arrays, what, compress, out, &Control::default()))
 }
 
-/// Writes an archive of arrays.
+/// The same, with rests.
 ///
 /// # Errors
-/// `io`.
-pub(super) fn write(compress: Compress, sink: &mut Sink, arrays: &[Array]) -> Result<()> {
+/// Those of [`write_arrays`]; `cancelled`.
+pub(crate) async fn write_with_rests(
+    arrays: &[Array<'_>],
+    what: &'static str,
+    compress: Compress,
+    out: &mut dyn Write,
+    control: &Control,
+) -> Result<u64> {
+    let mut sink = Sink::new(out, what);
     let mut archive = Archive::new(compress, Buffer::default());
-    arrays.iter().try_for_each(|array| archive.add(array, sink))?;
-    sink.put(&archive.finish()?)
+    for array in arrays {
+        archive.add(array, &mut sink, control).await?;
+    }
+    sink.put(&archive.finish()?)?;
+    sink.finish()
 }
 
 fn failed(error: zip::result::ZipError) -> Error {

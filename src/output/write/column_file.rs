@@ -21,81 +21,30 @@ use crate::cells::columns::{Columns, Head};
 use crate::derived::mesh::Mesh;
 use crate::output::write::{Compress, Sink};
 
-/// Writes a mesh as a column file.
-pub(crate) fn write(mesh: &Mesh, compress: Compress, sink: &mut Sink, control: &Control) -> Result<()> {
-    let mut encoder = ColumnFileEncoder::new(mesh, compress)?;
-    loop {
-        control.check()?;
-        match encoder.step(mesh)? {
-            Some(bytes) => sink.put(&bytes)?,
-            None => return Ok(()),
+/// Writes a mesh as a column file, with which the sink begins: the head, then two pieces a core at a time, with a rest before them, then the
+/// end.
+///
+/// # Errors
+/// `job-value` where the head does not fit its limits; `io` where zlib or the sink fails, or the columns are in a store that does; `cancelled`.
+pub(crate) async fn write(mesh: &Mesh, compress: Compress, sink: &mut Sink<'_>, control: &Control) -> Result<()> {
+    let level = match compress {
+        Compress::None => None,
+        Compress::Zlib(level) => Some(level),
+    };
+    control.check()?;
+    sink.put(&head(mesh, level.is_some()).encode()?)?;
+    // the byte at which each piece starts, and its first ray
+    let mut index = Vec::new();
+    for batch in pieces(&mesh.columns)?.chunks(2 * current_num_threads()) {
+        control.rest().await?;
+        let encode = |rays: &Range<u64>| encode_piece(mesh, rays.clone(), level);
+        for (rays, piece) in batch.iter().zip(batch.par_iter().map(encode).collect::<Result<Vec<_>>>()?) {
+            index.push([sink.n_bytes, rays.start]);
+            sink.put(&piece)?;
         }
     }
-}
-
-/// Encodes a column file, some pieces at a time, for callers that do other work in between.
-pub struct ColumnFileEncoder {
-    level: Option<u8>,
-    /// Rays of all pieces, and the number of pieces that are encoded.
-    pieces: Vec<Range<u64>>,
-    n_encoded: usize,
-    /// The byte at which each piece starts, and its first ray.
-    index: Vec<[u64; 2]>,
-    /// Bytes returned so far.
-    n_bytes: u64,
-    is_done: bool,
-}
-
-impl ColumnFileEncoder {
-    /// Plans the file of a mesh.
-    ///
-    /// # Errors
-    /// `io` where the columns are in a store that fails.
-    pub fn new(mesh: &Mesh, compress: Compress) -> Result<ColumnFileEncoder> {
-        let level = match compress {
-            Compress::None => None,
-            Compress::Zlib(level) => Some(level),
-        };
-        let pieces = pieces(&mesh.columns)?;
-        Ok(ColumnFileEncoder { level, pieces, n_encoded: 0, index: Vec::new(), n_bytes: 0, is_done: false })
-    }
-
-    /// Returns the next bytes: the head, then two pieces a core at a time, then the end, then None.
-    ///
-    /// # Errors
-    /// `job-value` where the head does not fit its limits; `io` where zlib fails.
-    pub fn step(&mut self, mesh: &Mesh) -> Result<Option<Vec<u8>>> {
-        let bytes = if self.n_bytes == 0 {
-            head(mesh, self.level.is_some()).encode()?
-        } else if self.n_encoded < self.pieces.len() {
-            self.batch(mesh)?
-        } else if !self.is_done {
-            self.is_done = true;
-            self.end(mesh)
-        } else {
-            return Ok(None);
-        };
-        self.n_bytes += bytes.len() as u64;
-        Ok(Some(bytes))
-    }
-
-    fn batch(&mut self, mesh: &Mesh) -> Result<Vec<u8>> {
-        let end = (self.n_encoded + 2 * current_num_threads()).min(self.pieces.len());
-        let batch = &self.pieces[self.n_encoded..end];
-        let encode = |rays: &Range<u64>| encode_piece(mesh, rays.clone(), self.level);
-        let encoded = batch.par_iter().map(encode).collect::<Result<Vec<_>>>()?;
-        let mut bytes = Vec::new();
-        for (rays, piece) in batch.iter().zip(encoded) {
-            self.index.push([self.n_bytes + bytes.len() as u64, rays.start]);
-            bytes.extend(piece);
-        }
-        self.n_encoded = end;
-        Ok(bytes)
-    }
-
-    fn end(&self, mesh: &Mesh) -> Vec<u8> {
-        end::encode(&self.index, &mesh.columns.totals(), self.n_bytes)
-    }
+    control.rest().await?;
+    sink.put(&end::encode(&index, &mesh.columns.totals(), sink.n_bytes))
 }
 
 /// The head of the file of a mesh.

@@ -4,9 +4,12 @@ use std::io;
 
 use super::archive::Array;
 use super::{Compress, Sink, archive};
+use crate::base::control::{Control, at_once};
 use crate::base::error::{Error, Result};
 use crate::derived::links::{Link, Links};
 
+/// What is written, for errors.
+const WHAT: &str = "the links";
 /// First bytes of `.links`.
 const MAGIC: &[u8; 8] = b"HEXLINKS";
 /// Bytes of a record.
@@ -45,13 +48,24 @@ impl LinksFormat {
 /// # Errors
 /// `io` where `out` fails.
 pub fn write_links(links: &Links, format: LinksFormat, compress: Compress, out: &mut dyn io::Write) -> Result<u64> {
-    let mut sink = Sink::new(out, "the links");
     match format {
-        LinksFormat::Npz => archive::write(compress, &mut sink, &arrays(links))?,
-        LinksFormat::Records => {
-            let mut pieces = (0..).map_while(|index| piece(links, index));
-            pieces.try_for_each(|piece| sink.put(&piece))?;
-        }
+        LinksFormat::Npz => archive::write_named(&arrays(links), WHAT, compress, out),
+        LinksFormat::Records => at_once(write_records(links, out, &Control::default())),
+    }
+}
+
+/// Writes the head, then the records of each plane of cells, with a rest before each. Returns the number of bytes.
+///
+/// # Errors
+/// `io` where `out` fails; `cancelled`.
+pub(crate) async fn write_records(links: &Links, out: &mut dyn io::Write, control: &Control) -> Result<u64> {
+    let mut sink = Sink::new(out, WHAT);
+    sink.put(&head(links))?;
+    for plane in &links.planes {
+        control.rest().await?;
+        let mut records = Vec::with_capacity(RECORD * plane.len());
+        plane.iter().for_each(|link| records.extend_from_slice(&record(link)));
+        sink.put(&records)?;
     }
     sink.finish()
 }
@@ -76,15 +90,6 @@ pub(crate) fn arrays(of: &Links) -> Vec<Array<'_>> {
         link(("geometry", "<i2"), |link, out| out.extend(link.geometry.to_le_bytes())),
         link(("flag", "|u1"), |link, out| out.push(link.flag)),
     ]
-}
-
-/// The bytes of `.links` in pieces: the head, then the records of each plane of cells; None at the end.
-pub(crate) fn piece(links: &Links, index: usize) -> Option<Vec<u8>> {
-    let Some(plane) = index.checked_sub(1) else { return Some(head(links)) };
-    let links = links.planes.get(plane)?;
-    let mut records = Vec::with_capacity(RECORD * links.len());
-    links.iter().for_each(|link| records.extend_from_slice(&record(link)));
-    Some(records)
 }
 
 /// Bytes of `.links`.

@@ -20,7 +20,7 @@ pub(super) fn header([nx, ny, nz]: [u32; 3], options: &Options) -> Vec<u8> {
 }
 
 /// Lengths of the axes of an array, the last one fastest.
-pub(super) fn shape([nx, ny, nz]: [u32; 3], order: AxisOrder) -> [u32; 3] {
+fn shape([nx, ny, nz]: [u32; 3], order: AxisOrder) -> [u32; 3] {
     match order {
         AxisOrder::Zyx => [nz, ny, nx],
         AxisOrder::Xyz => [nx, ny, nz],

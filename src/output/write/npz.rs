@@ -30,21 +30,13 @@ pub(super) fn flags<'a>(
     Array::new((name, "|u1"), &[nz, ny, nx].map(u64::from), slabs.len(), move |index| flags(&slabs[index]))
 }
 
-/// The lines, then the flags.
-#[cfg(target_arch = "wasm32")]
-pub(crate) fn arrays(mesh: &Mesh, options: Options) -> Vec<Array<'_>> {
-    let shape = npy::shape(mesh.dims(), options.axis_order).map(u64::from);
-    let boxes = ordered::boxes(mesh.dims(), options.axis_order, options.slab_bytes);
-    let n_boxes = boxes.len();
-    let flags = move |index: usize| ordered::bytes_of_box(mesh, &options, &boxes[index]);
-    lines(mesh).into_iter().chain([Array::new(("flag", "|u1"), &shape, n_boxes, flags)]).collect()
-}
-
 /// Writes the archive.
-pub(super) fn write(mesh: &Mesh, options: &Options, sink: &mut Sink, control: &Control) -> Result<()> {
+pub(super) async fn write(mesh: &Mesh, options: &Options, sink: &mut Sink<'_>, control: &Control) -> Result<()> {
     let mut archive = Archive::new(options.compress, Buffer::default());
-    lines(mesh).iter().try_for_each(|array| archive.add(array, sink))?;
+    for array in &lines(mesh) {
+        archive.add(array, sink, control).await?;
+    }
     archive.begin("flag", &npy::header(mesh.dims(), options))?;
-    ordered::for_each_slab(mesh, options, control, |flags| archive.pass(flags, sink))?;
+    ordered::for_each_slab(mesh, options, control, &mut |flags| archive.pass(flags, sink)).await?;
     sink.put(&archive.finish()?)
 }

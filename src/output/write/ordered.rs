@@ -14,48 +14,37 @@ use super::{AxisOrder, Options};
 /// Cells along x and z that are transposed together.
 const BLOCK: usize = 64;
 
-/// The boxes whose cells follow each other in a file, of at most so many cells, but at least a row each.
-pub(crate) fn boxes([nx, ny, nz]: [u32; 3], order: AxisOrder, max_cells: usize) -> Vec<CellBox> {
-    match order {
-        AxisOrder::Zyx => slabs_of_box(&[0..nx, 0..ny, 0..nz], max_cells).collect(),
-        AxisOrder::Xyz => slabs_of_box(&[0..nz, 0..ny, 0..nx], max_cells).map(|[z, y, x]| [x, y, z]).collect(),
-    }
+/// The boxes whose cells follow each other in a file with x slowest, of at most so many cells, but at least a row along z each.
+fn boxes([nx, ny, nz]: [u32; 3], max_cells: usize) -> impl Iterator<Item = CellBox> {
+    slabs_of_box(&[0..nz, 0..ny, 0..nx], max_cells).map(|[z, y, x]| [x, y, z])
 }
 
 /// The bytes of such a box.
-///
-/// # Errors
-/// `io` as for [`Mesh::box_flags`].
-pub(crate) fn bytes_of_box(mesh: &Mesh, options: &Options, cells: &CellBox) -> Result<Vec<u8>> {
-    if options.bits {
-        return mesh.box_bits(cells);
-    }
+fn bytes_of_box(mesh: &Mesh, options: &Options, cells: &CellBox) -> Result<Vec<u8>> {
     let flags = mesh.box_flags(cells)?;
     let bytes = match &options.map {
         Some(map) => mapped(flags, map),
         None => flags,
     };
-    Ok(match options.axis_order {
-        AxisOrder::Zyx => bytes,
-        AxisOrder::Xyz => transposed(&bytes, [0, 1, 2].map(|axis| cells[axis].len())),
-    })
+    Ok(transposed(&bytes, [0, 1, 2].map(|axis| cells[axis].len())))
 }
 
-/// Hands the bytes of all cells to `consume` in the order and by the map of the options.
-pub(super) fn for_each_slab(
+/// Hands the bytes of all cells to `consume` in the order and by the map of the options; a rest before every slab.
+pub(super) async fn for_each_slab(
     mesh: &Mesh,
     options: &Options,
     control: &Control,
-    mut consume: impl FnMut(&[u8]) -> Result<()>,
+    consume: &mut dyn FnMut(&[u8]) -> Result<()>,
 ) -> Result<()> {
     match (options.axis_order, &options.map) {
-        (AxisOrder::Zyx, None) => mesh.for_each_slab(options.slab_bytes, control, consume),
+        (AxisOrder::Zyx, None) => mesh.for_each_slab_with_rests(options.slab_bytes, control, consume).await,
         (AxisOrder::Zyx, Some(map)) => {
-            mesh.for_each_slab(options.slab_bytes, control, |flags| consume(&mapped(flags.to_vec(), map)))
+            let mut put = |flags: &[u8]| consume(&mapped(flags.to_vec(), map));
+            mesh.for_each_slab_with_rests(options.slab_bytes, control, &mut put).await
         }
         (AxisOrder::Xyz, _) => {
-            for cells in boxes(mesh.dims(), options.axis_order, options.slab_bytes) {
-                control.check()?;
+            for cells in boxes(mesh.dims(), options.slab_bytes) {
+                control.rest().await?;
                 consume(&bytes_of_box(mesh, options, &cells)?)?;
             }
             control.check()

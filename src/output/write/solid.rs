@@ -1,15 +1,15 @@
 //! The fraction of every cell that is not background: `.vti` and `.vtr` with the array `solid` (Float32), `.npy` of shape (nz, ny, nx), or `.zarr.zip`.
 //!
 //! Cells without fractions have 0 or 1 by their flag, which is that of their centre: a wall between the rays is seen there and not in the volumes of the report.
-//! Cells that surfaces cut have the sum of the fractions of flags that are not 0. Cost: two slabs of memory, and
-//! what `.vti` takes.
+//! Cells that surfaces cut have the sum of the fractions of flags that are not 0. Cost: two slabs of memory, and what `.vti` takes.
 
 use std::io;
 
 use serde_json::json;
 
-use super::store::{OfCells, Place, Store};
-use super::{Compress, Format, Options, Sink, check, check_lines, npy, vti};
+use super::cells::Cells;
+use super::store::OfCells;
+use super::{Format, Options, npy};
 use crate::base::control::{Control, at_once};
 use crate::base::error::{Error, Result};
 use crate::cells::columns::Columns;
@@ -29,76 +29,27 @@ pub fn write_solid(
     out: &mut dyn io::Write,
     control: &Control,
 ) -> Result<u64> {
-    let around = around(mesh, fractions, (format, options))?;
-    let mut sink = Sink::new(out, "the fractions");
-    // a number has four bytes
-    let slab_bytes = options.slab_bytes / 4;
-    let each = |put: &mut dyn FnMut(&[u8]) -> Result<()>| {
-        let mut cell = 0;
-        mesh.for_each_slab(slab_bytes, control, |flags| {
-            let bytes: Vec<u8> = solid(flags, cell, fractions).flat_map(f32::to_le_bytes).collect();
-            cell += flags.len() as u64;
-            put(&bytes)
-        })
-    };
-    match (around, options.compress) {
-        (Some((head, tail)), _) => {
-            sink.put(&head)?;
-            each(&mut |bytes| sink.put(bytes))?;
-            sink.put(&tail)?;
-        }
-        (None, Compress::Zlib(level)) if format != Format::ZarrZip => {
-            let array = vti::Array { numbers: numbers(mesh), each: Box::new(each) };
-            vti::write(mesh, &array, (format, level), options, &mut sink)?;
-        }
-        (None, _) => {
-            let files = Store::new(mesh, &Place::of_whole(mesh), cells_of_store(mesh, fractions)?, options)?;
-            at_once(files.zip(&mut sink, &control.without_pauses()))?;
-        }
+    let cells = Cells::solid(mesh, fractions, options)?;
+    Ok(at_once(cells.write(format, out, &control.without_pauses()))?.n_bytes)
+}
+
+/// Refuses a format that holds no fractions of cells.
+pub(super) fn check_format(format: Format) -> Result<()> {
+    if matches!(format, Format::Vti | Format::Vtr | Format::Npy | Format::ZarrZip) {
+        return Ok(());
     }
-    sink.finish()
+    let message = format!(".{} does not hold fractions of cells", format.extension());
+    Err(Error::new("job-conflict", message, "use .vti, .vtr, .npy or .zarr.zip"))
 }
 
-/// What a file has for its cells.
-pub(crate) fn numbers(mesh: &Mesh) -> vti::Numbers {
-    vti::Numbers { name: "solid", kind: "Float32", n_bytes: 4 * mesh.n_cells() }
+/// Everything before the numbers of `.npy`.
+pub(super) fn npy_header([nx, ny, nz]: [u32; 3]) -> Vec<u8> {
+    npy::header_of("<f4", &format!("({nz}, {ny}, {nx})"))
 }
 
-/// The bytes before and after the numbers in a file that holds them as they are; None for compressed files and archives.
-///
-/// # Errors
-/// Those of [`write_solid`] before the first byte.
-pub(crate) fn around(
-    mesh: &Mesh,
-    fractions: &Fractions,
-    (format, options): (Format, &Options),
-) -> Result<Option<(Vec<u8>, Vec<u8>)>> {
-    check_dims(mesh, fractions)?;
-    if !matches!(format, Format::Vti | Format::Vtr | Format::Npy | Format::ZarrZip) {
-        let message = format!(".{} does not hold fractions of cells", format.extension());
-        return Err(Error::new("job-conflict", message, "use .vti, .vtr, .npy or .zarr.zip"));
-    }
-    check(format, options)?;
-    check_lines(&mesh.lines, format)?;
-    Ok(match (format, options.compress) {
-        (Format::Npy, _) => {
-            let [nx, ny, nz] = mesh.dims();
-            Some((npy::header_of("<f4", &format!("({nz}, {ny}, {nx})")), Vec::new()))
-        }
-        (Format::Vti | Format::Vtr, Compress::None) => Some(vti::head_and_tail(mesh, &numbers(mesh), format)),
-        _ => None,
-    })
-}
-
-/// The numbers of a slab, as [`Mesh::slabs`] has them.
-///
-/// # Errors
-/// `io` as for [`Mesh::box_flags`].
-#[cfg(target_arch = "wasm32")]
-pub(crate) fn bytes_of_slab(mesh: &Mesh, fractions: &Fractions, slab: &CellBox) -> Result<Vec<u8>> {
-    let ([nx, ny, _], [_, y, z]) = (mesh.dims().map(u64::from), slab);
-    let first = nx * (u64::from(y.start) + ny * u64::from(z.start));
-    Ok(solid(&mesh.box_flags(slab)?, first, fractions).flat_map(f32::to_le_bytes).collect())
+/// The numbers of consecutive cells, the first of which has this index, by their flags.
+pub(super) fn bytes(flags: &[u8], first: u64, fractions: &Fractions) -> Vec<u8> {
+    solid(flags, first, fractions).flat_map(f32::to_le_bytes).collect()
 }
 
 /// The numbers of a store.
@@ -136,7 +87,7 @@ fn solid(flags: &[u8], first: u64, fractions: &Fractions) -> impl Iterator<Item 
 }
 
 /// Refuses fractions of another box than that of the mesh, and a mesh of which only the cells within a halo are measured.
-fn check_dims(mesh: &Mesh, fractions: &Fractions) -> Result<()> {
+pub(super) fn check_dims(mesh: &Mesh, fractions: &Fractions) -> Result<()> {
     if fractions.halo > 0 {
         let message = format!("the mesh has a halo of {} cells, whose fractions are not measured", fractions.halo);
         return Err(Error::new(

@@ -18,146 +18,38 @@ use std::fmt::Write;
 use crate::base::control::Control;
 use crate::base::error::{Error, Result};
 use crate::base::zlib::Blocks;
-use crate::cells::flags::CellBox;
 use crate::derived::mesh::Mesh;
 use crate::grid::lines::{AXES, Lines};
 
-use super::{Compress, Format, Options, Sink};
+use super::cells::Cells;
+use super::{Compress, Format, Sink};
 
 const BLOCK_BYTES: usize = 1 << 20;
 const FOOT: &[u8] = b"\n  </AppendedData>\n</VTKFile>\n";
 
-/// What the cell array of a file holds: a name, a type as VTK names it, and the number of bytes.
-#[derive(Clone, Copy)]
-pub(crate) struct Numbers {
-    pub(super) name: &'static str,
-    pub(super) kind: &'static str,
-    pub(crate) n_bytes: u64,
-}
-
-impl Numbers {
-    /// The flags of a mesh.
-    pub(crate) fn flags(mesh: &Mesh) -> Numbers {
-        Numbers { name: "flag", kind: "UInt8", n_bytes: mesh.n_cells() }
-    }
-}
-
-/// All bytes of a cell array in order, as often as they are asked for.
-pub(super) struct Array<'a> {
-    pub(super) numbers: Numbers,
-    pub(super) each: Box<Each<'a>>,
-}
-
-/// Hands over all bytes, some at a time.
-type Each<'a> = dyn Fn(&mut dyn FnMut(&[u8]) -> Result<()>) -> Result<()> + 'a;
-
-impl Array<'_> {
-    /// The flags of a mesh.
-    pub(super) fn flags<'a>(mesh: &'a Mesh, slab_bytes: usize, control: &'a Control) -> Array<'a> {
-        let each = move |put: &mut dyn FnMut(&[u8]) -> Result<()>| mesh.for_each_slab(slab_bytes, control, put);
-        Array { numbers: Numbers::flags(mesh), each: Box::new(each) }
-    }
-}
-
 /// Writes a compressed file.
-pub(super) fn write(
-    mesh: &Mesh,
-    array: &Array,
+pub(super) async fn write(
+    cells: &Cells<'_>,
     (format, level): (Format, u8),
-    options: &Options,
-    sink: &mut Sink,
+    sink: &mut Sink<'_>,
+    control: &Control,
 ) -> Result<()> {
-    let table = BlockTable::new(array, options, level)?;
-    sink.put(head(mesh, &array.numbers, format, options.compress).as_bytes())?;
-    table.write(array, level, sink)?;
+    let table = BlockTable::new(cells, level, control).await?;
+    sink.put(head(cells, format).as_bytes())?;
+    table.write(cells, level, sink, control).await?;
     sink.put(FOOT)
 }
 
 /// Everything before and after the numbers of an uncompressed file.
-pub(super) fn head_and_tail(mesh: &Mesh, numbers: &Numbers, format: Format) -> (Vec<u8>, Vec<u8>) {
-    let mut before = head(mesh, numbers, format, Compress::None).into_bytes();
-    before.extend(numbers.n_bytes.to_le_bytes());
+pub(super) fn head_and_tail(cells: &Cells, format: Format) -> (Vec<u8>, Vec<u8>) {
+    let mut before = head(cells, format).into_bytes();
+    before.extend(n_bytes(cells).to_le_bytes());
     (before, FOOT.to_vec())
 }
 
-/// Encodes a compressed file, a slab at a time, for callers that do other work in between. All blocks stay in memory until the
-/// last is known.
-pub struct VtiEncoder {
-    numbers: Numbers,
-    format: Format,
-    level: u8,
-    /// Slabs still to compress, the next one last.
-    slabs: Vec<CellBox>,
-    n_slabs: usize,
-    /// None once the last block is made.
-    blocks: Option<Blocks>,
-    table: BlockTable,
-    is_done: bool,
-}
-
-impl VtiEncoder {
-    /// Plans the file of a mesh, `.vti` or `.vtr`, with a zlib level of 1 to 9, in slabs of at most `slab_bytes` flags.
-    pub fn new(mesh: &Mesh, format: Format, level: u8, slab_bytes: usize) -> VtiEncoder {
-        VtiEncoder::of(Numbers::flags(mesh), (format, level), mesh.slabs(slab_bytes).collect())
-    }
-
-    /// Plans a file of other numbers, in these slabs.
-    pub(crate) fn of(numbers: Numbers, (format, level): (Format, u8), mut slabs: Vec<CellBox>) -> VtiEncoder {
-        slabs.reverse();
-        let table = BlockTable { sizes: Vec::new(), cached: Vec::new(), n_cached: 0 };
-        let n_slabs = slabs.len();
-        VtiEncoder {
-            numbers,
-            format,
-            level,
-            slabs,
-            n_slabs,
-            blocks: Some(Blocks::new(BLOCK_BYTES, level)),
-            table,
-            is_done: false,
-        }
-    }
-
-    /// Share of the flags that are compressed, 0 to 1.
-    pub fn share(&self) -> f64 {
-        1.0 - self.slabs.len() as f64 / self.n_slabs as f64
-    }
-
-    /// Compresses a slab and returns no bytes yet; after the last slab returns all bytes of the file, and then none.
-    ///
-    /// # Errors
-    /// `io` where zlib fails.
-    pub fn step(&mut self, mesh: &Mesh) -> Result<Option<Vec<u8>>> {
-        self.step_of(mesh, &|cells| mesh.box_flags(cells))
-    }
-
-    /// The same with the bytes of a slab.
-    ///
-    /// # Errors
-    /// Those of [`VtiEncoder::step`] and of `of_slab`.
-    pub(crate) fn step_of(
-        &mut self,
-        mesh: &Mesh,
-        of_slab: &dyn Fn(&CellBox) -> Result<Vec<u8>>,
-    ) -> Result<Option<Vec<u8>>> {
-        let made = match (self.slabs.pop(), &mut self.blocks) {
-            (Some(cells), Some(blocks)) => blocks.push(&of_slab(&cells)?)?,
-            _ => match self.blocks.take() {
-                Some(blocks) => blocks.finish()?.into_iter().collect(),
-                None if self.is_done => return Ok(None),
-                None => {
-                    self.is_done = true;
-                    let head = head(mesh, &self.numbers, self.format, Compress::Zlib(self.level)).into_bytes();
-                    let cached = std::mem::take(&mut self.table.cached);
-                    return Ok(Some(
-                        [head.as_slice(), &self.table.numbers(self.numbers.n_bytes), &cached, FOOT].concat(),
-                    ));
-                }
-            },
-        };
-        made.iter().for_each(|block| self.table.add(block, usize::MAX));
-        Ok(Some(Vec::new()))
-    }
+/// Bytes of the numbers of a mesh, which has at most 2^62 cells.
+fn n_bytes(cells: &Cells) -> u64 {
+    cells.n_bytes().unwrap_or(u64::MAX)
 }
 
 /// The sizes of all compressed blocks, and the first of the blocks themselves.
@@ -168,14 +60,16 @@ struct BlockTable {
 }
 
 impl BlockTable {
-    fn new(array: &Array, options: &Options, level: u8) -> Result<BlockTable> {
+    async fn new(cells: &Cells<'_>, level: u8, control: &Control) -> Result<BlockTable> {
         let mut table = BlockTable { sizes: Vec::new(), cached: Vec::new(), n_cached: 0 };
         let mut blocks = Blocks::new(BLOCK_BYTES, level);
-        (array.each)(&mut |bytes| {
-            blocks.push(bytes)?.iter().for_each(|block| table.add(block, options.block_cache_bytes));
+        let most = cells.options.block_cache_bytes;
+        let mut push = |bytes: &[u8]| {
+            blocks.push(bytes)?.iter().for_each(|block| table.add(block, most));
             Ok(())
-        })?;
-        blocks.finish()?.iter().for_each(|block| table.add(block, options.block_cache_bytes));
+        };
+        cells.each(control, &mut push).await?;
+        blocks.finish()?.iter().for_each(|block| table.add(block, most));
         Ok(table)
     }
 
@@ -194,8 +88,8 @@ impl BlockTable {
         counts.iter().chain(&self.sizes).flat_map(|number| number.to_le_bytes()).collect()
     }
 
-    fn write(self, array: &Array, level: u8, sink: &mut Sink) -> Result<()> {
-        sink.put(&self.numbers(array.numbers.n_bytes))?;
+    async fn write(self, cells: &Cells<'_>, level: u8, sink: &mut Sink<'_>, control: &Control) -> Result<()> {
+        sink.put(&self.numbers(n_bytes(cells)))?;
         sink.put(&self.cached)?;
         if self.n_cached == self.sizes.len() {
             return Ok(());
@@ -209,21 +103,23 @@ impl BlockTable {
         };
         let mut to_skip = self.n_cached as u64 * BLOCK_BYTES as u64;
         let mut blocks = Blocks::new(BLOCK_BYTES, level);
-        (array.each)(&mut |bytes| {
+        let mut push = |bytes: &[u8]| {
             let skipped = to_skip.min(bytes.len() as u64);
             to_skip -= skipped;
             blocks.push(&bytes[skipped as usize..])?.iter().try_for_each(|block| put(block))
-        })?;
+        };
+        cells.each(control, &mut push).await?;
         blocks.finish()?.iter().try_for_each(|block| put(block))
     }
 }
 
 /// Everything before the appended data.
-fn head(mesh: &Mesh, numbers: &Numbers, format: Format, compress: Compress) -> String {
-    let Numbers { name, kind: type_name, .. } = numbers;
+fn head(cells: &Cells, format: Format) -> String {
+    let Cells { mesh, options, .. } = cells;
+    let (name, type_name) = cells.kind();
     let [nx, ny, nz] = mesh.dims();
     let extent = format!("0 {nx} 0 {ny} 0 {nz}");
-    let compressor = match compress {
+    let compressor = match options.compress {
         Compress::None => "",
         Compress::Zlib(_) => " compressor=\"vtkZLibDataCompressor\"",
     };
