@@ -3,8 +3,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use flate2::read::ZlibDecoder;
+use sha2::{Digest, Sha256};
 
 use super::*;
+use crate::base::checksum::hex;
 use crate::derived::mesh::tests::{pattern, pattern_flags};
 
 mod large;
