@@ -35,10 +35,7 @@ impl WriteOptions {
 
     /// What the writer of a mesh is given, with slabs of so many bytes.
     pub(super) fn of_mesh(&self, slab_bytes: usize) -> Options {
-        // what is compressed twice would be for the second time while the reader waits
-        let block_cache_bytes = usize::MAX;
-        let options =
-            Options { compress: self.compress(), bits: self.bits, slab_bytes, block_cache_bytes, ..Options::default() };
+        let options = Options { compress: self.compress(), bits: self.bits, slab_bytes, ..Options::default() };
         Options { axis_order: self.axis_order, map: self.map.as_deref().and_then(|map| map.try_into().ok()), ..options }
     }
 

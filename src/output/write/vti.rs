@@ -16,7 +16,7 @@
 use std::fmt::Write;
 
 use crate::base::control::Control;
-use crate::base::error::{Error, Result};
+use crate::base::error::Result;
 use crate::base::zlib::Blocks;
 use crate::derived::mesh::Mesh;
 use crate::grid::lines::{AXES, Lines};
@@ -36,7 +36,10 @@ pub(super) async fn write(
 ) -> Result<()> {
     let table = BlockTable::new(cells, level, control).await?;
     sink.put(head(cells, format).as_bytes())?;
-    table.write(cells, level, sink, control).await?;
+    sink.put(&table.numbers(n_bytes(cells)))?;
+    sink.put(&table.cached)?;
+    #[cfg(not(target_arch = "wasm32"))]
+    table.write_others(cells, level, sink, control).await?;
     sink.put(FOOT)
 }
 
@@ -47,7 +50,7 @@ pub(super) fn head_and_tail(cells: &Cells, format: Format) -> (Vec<u8>, Vec<u8>)
     (before, FOOT.to_vec())
 }
 
-/// Bytes of the numbers of a mesh, which has at most 2^62 cells.
+/// Bytes of the numbers; a mesh for whose cells 64 bits are too few is never made.
 fn n_bytes(cells: &Cells) -> u64 {
     cells.n_bytes().unwrap_or(u64::MAX)
 }
@@ -63,7 +66,8 @@ impl BlockTable {
     async fn new(cells: &Cells<'_>, level: u8, control: &Control) -> Result<BlockTable> {
         let mut table = BlockTable { sizes: Vec::new(), cached: Vec::new(), n_cached: 0 };
         let mut blocks = Blocks::new(BLOCK_BYTES, level);
-        let most = cells.options.block_cache_bytes;
+        // in wasm all: there nobody waits for a second time
+        let most = if cfg!(target_arch = "wasm32") { usize::MAX } else { cells.options.block_cache_bytes };
         let mut push = |bytes: &[u8]| {
             blocks.push(bytes)?.iter().for_each(|block| table.add(block, most));
             Ok(())
@@ -88,9 +92,9 @@ impl BlockTable {
         counts.iter().chain(&self.sizes).flat_map(|number| number.to_le_bytes()).collect()
     }
 
-    async fn write(self, cells: &Cells<'_>, level: u8, sink: &mut Sink<'_>, control: &Control) -> Result<()> {
-        sink.put(&self.numbers(n_bytes(cells)))?;
-        sink.put(&self.cached)?;
+    /// Writes the blocks that are not cached, which are made a second time.
+    #[cfg(not(target_arch = "wasm32"))]
+    async fn write_others(&self, cells: &Cells<'_>, level: u8, sink: &mut Sink<'_>, control: &Control) -> Result<()> {
         if self.n_cached == self.sizes.len() {
             return Ok(());
         }
@@ -98,7 +102,8 @@ impl BlockTable {
         let mut put = |block: &[u8]| match sizes.next() {
             Some(&size) if size == block.len() as u64 => sink.put(block),
             _ => {
-                Err(Error::new("io", "a block compressed to another size the second time", "write without compression"))
+                let message = "a block compressed to another size the second time";
+                Err(crate::base::error::Error::new("io", message, "write without compression"))
             }
         };
         let mut to_skip = self.n_cached as u64 * BLOCK_BYTES as u64;
