@@ -26,8 +26,12 @@ pub mod zarr;
 
 use std::io;
 
+use sha2::{Digest, Sha256};
+
+use crate::base::checksum::hex;
 use crate::base::control::{Control, at_once};
 use crate::base::error::{Error, Result};
+use crate::derived::fractions::Fractions;
 use crate::derived::mesh::Mesh;
 use crate::grid::lines::Lines;
 
@@ -38,9 +42,9 @@ pub use links::{LinksFormat, write_links};
 pub use options::{AxisOrder, Compress, Format, Options, Written};
 pub use sidecar::sidecar_json;
 pub(crate) use sink::Sink;
-pub use solid::write_solid;
 pub use staggered::write_staggered;
 pub use store::Place;
+use store::{OfCells, Store};
 pub use vtp::leak_vtp;
 
 /// Writes a mesh in file order, slab by slab; never seeks. Flushes at the end.
@@ -57,6 +61,22 @@ pub fn write(
     control: &Control,
 ) -> Result<Written> {
     at_once(Cells::flags(mesh, options).write(format, out, &control.without_pauses()))
+}
+
+/// Writes the fraction of every cell that is not background, as 32-bit floating point, x fastest. Returns the number of bytes.
+///
+/// # Errors
+/// `job-conflict` where mesh and fractions are not of the same box, the mesh has a halo, or the format is none of `.vti`, `.vtr`, `.npy` and `.zarr.zip`; `lines-graded` for `.vti`
+/// where cells differ in size; `job-value` where the compression level is not 1 to 9; `io` where `out` fails; `cancelled`.
+pub fn write_solid(
+    mesh: &Mesh,
+    fractions: &Fractions,
+    (format, options): (Format, &Options),
+    out: &mut dyn io::Write,
+    control: &Control,
+) -> Result<u64> {
+    let cells = Cells::solid(mesh, fractions, options)?;
+    Ok(at_once(cells.write(format, out, &control.without_pauses()))?.n_bytes)
 }
 
 /// The bytes before and after the flags in a file that holds them as they are, for callers that make the file slab by slab;
@@ -121,6 +141,73 @@ fn check(format: Format, options: &Options) -> Result<()> {
         return Err(Error::new("job-conflict", format!(".{name} has no bit-packed variant"), "use .raw or .npy"));
     }
     Ok(())
+}
+
+impl<'a> Cells<'a> {
+    /// The bytes before and after the numbers in a file that holds them as they are; None for compressed files, archives and column files.
+    ///
+    /// # Errors
+    /// Those of a file before its first byte: what the format cannot hold, and options that it would ignore.
+    pub(crate) fn around(&self, format: Format) -> Result<Option<(Vec<u8>, Vec<u8>)>> {
+        if self.fractions.is_some() {
+            solid::check_format(format)?;
+        }
+        check(format, self.options)?;
+        check_lines(&self.mesh.lines, format)?;
+        if self.options.bits {
+            bits::check(self.mesh)?;
+        }
+        Ok(self.head_and_tail(format))
+    }
+
+    pub(super) fn head_and_tail(&self, format: Format) -> Option<(Vec<u8>, Vec<u8>)> {
+        let dims = self.mesh.dims();
+        match (format, self.options.compress) {
+            (Format::Raw, _) => Some((Vec::new(), Vec::new())),
+            (Format::Npy, _) if self.fractions.is_some() => Some((solid::npy_header(dims), Vec::new())),
+            (Format::Npy, _) => Some((npy::header(dims, self.options), Vec::new())),
+            (Format::Vti | Format::Vtr, Compress::None) => Some(vti::head_and_tail(self, format)),
+            _ => None,
+        }
+    }
+
+    /// The files of a store.
+    ///
+    /// # Errors
+    /// Those of [`Store::new`].
+    pub(crate) fn store(&self) -> Result<Store<'a>> {
+        let cells = match self.fractions {
+            Some(fractions) => solid::cells_of_store(self.mesh, fractions)?,
+            None => OfCells::flags(),
+        };
+        Store::new(self.mesh, &Place::of_whole(self.mesh), cells, self.options)
+    }
+
+    /// Writes them in file order; never seeks. Flushes at the end.
+    ///
+    /// # Errors
+    /// Those of [`Cells::around`]; `io` where `out` fails; `cancelled`, looked at before every slab.
+    pub(crate) async fn write(&self, format: Format, out: &mut dyn io::Write, control: &Control) -> Result<Written> {
+        let Cells { mesh, options, fractions } = self;
+        let around = self.around(format)?;
+        let mut sink = Sink::new(out, if fractions.is_some() { "the fractions" } else { "the mesh" });
+        sink.hash = (format == Format::Raw && options.sha256).then(Sha256::new);
+        match (around, options.compress) {
+            (Some((head, tail)), _) => {
+                sink.put(&head)?;
+                self.each(control, &mut |bytes| sink.put(bytes)).await?;
+                sink.put(&tail)?;
+            }
+            (None, Compress::Zlib(level)) if matches!(format, Format::Vti | Format::Vtr) => {
+                vti::write(self, (format, level), &mut sink, control).await?;
+            }
+            (None, _) if format == Format::Npz => npz::write(mesh, options, &mut sink, control).await?,
+            (None, _) if format == Format::ZarrZip => self.store()?.zip(&mut sink, control).await?,
+            (None, compress) => column_file::write(mesh, compress, &mut sink, control).await?,
+        }
+        let sha256 = sink.hash.take().map(|hash| hex(&hash.finalize()));
+        Ok(Written { n_bytes: sink.finish()?, sha256 })
+    }
 }
 
 #[cfg(test)]

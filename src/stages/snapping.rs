@@ -9,6 +9,7 @@
 use std::borrow::Cow;
 
 use crate::base::error::Result;
+use crate::base::parallel::*;
 use crate::grid::closed::{Closed, EdgeHashes};
 use crate::grid::frame::{Ends, Frame, SnappedFacet, too_many_ranks};
 use crate::grid::lines::Lines;
@@ -20,6 +21,8 @@ use crate::stages::facet::rays_under;
 
 /// Facets of a step: some tens of milliseconds. A multiple of those that sums take together.
 pub(crate) const FACETS_AT_ONCE: usize = 1 << 18;
+/// Facets that one core takes at a time.
+const CHUNK: usize = 1 << 14;
 
 /// A frame, and what is known of all facets of each geometry, in the order of positions.
 #[derive(Debug, Clone, PartialEq)]
@@ -130,32 +133,44 @@ impl<'a> Snapping<'a> {
         Ok(self.snapped)
     }
 
-    fn take(&mut self, position: usize, facets: &[SnappedFacet]) {
+    fn take<'f>(&mut self, position: usize, facets: &'f [SnappedFacet]) {
         let Snapped { frame, ends, bound_sums, .. } = &mut self.snapped;
         self.edges.add(facets);
         // there is no bound for cells that differ in size
         if !frame.is_graded() {
             bound_sums[position].add(facets, frame.fraction_bits);
         }
-        for corner in facets.as_flattened() {
-            let [low, high] = ends[position].get_or_insert([*corner; 2]);
-            for axis in 0..3 {
-                low[axis] = low[axis].min(corner[axis]);
-                high[axis] = high[axis].max(corner[axis]);
-            }
-        }
-        let staying = match self.rays {
-            None => Cow::Borrowed(facets),
-            Some(rays) => {
-                let stays = |facet: &&SnappedFacet| rays_under(facet, frame, rays).is_some();
-                facets.iter().filter(stays).copied().collect()
-            }
+        let of_chunk = |facets: &'f [SnappedFacet]| {
+            let staying = match self.rays {
+                None => Cow::Borrowed(facets),
+                Some(rays) => {
+                    let stays = |facet: &&SnappedFacet| rays_under(facet, frame, rays).is_some();
+                    facets.iter().filter(stays).copied().collect()
+                }
+            };
+            (facets.as_flattened().iter().fold(None, with_corner), staying)
         };
+        let chunks: Vec<(Ends, Cow<[SnappedFacet]>)> = facets.par_chunks(CHUNK).map(of_chunk).collect();
         self.n_taken += facets.len();
-        make_room(&mut frame.facets, staying.len(), self.n_taken as f64 / self.n_all as f64);
-        frame.facets.extend_from_slice(&staying);
+        let n_staying = chunks.iter().map(|(_, staying)| staying.len()).sum();
+        make_room(&mut frame.facets, n_staying, self.n_taken as f64 / self.n_all as f64);
+        for (of_chunk, staying) in &chunks {
+            ends[position] = of_chunk.iter().flatten().fold(ends[position], with_corner);
+            frame.facets.extend_from_slice(staying);
+        }
         frame.position_of_facet.resize(frame.facets.len(), position as u16);
     }
+}
+
+/// Least and greatest coordinates with those of one more corner.
+#[inline(always)]
+fn with_corner(ends: Ends, corner: &[i32; 3]) -> Ends {
+    let [mut low, mut high] = ends.unwrap_or([*corner; 2]);
+    for axis in 0..3 {
+        low[axis] = low[axis].min(corner[axis]);
+        high[axis] = high[axis].max(corner[axis]);
+    }
+    Some([low, high])
 }
 
 /// Makes room for more facets of which this share was looked at: for as many in all as that share lets expect, as twice the room would be

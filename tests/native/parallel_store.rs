@@ -64,12 +64,13 @@ fn parts_fill_the_store_of_the_undivided_run() {
 fn parts_at_the_same_time_and_killed_ones_that_are_repeated_leave_no_trace() {
     let folder = Folder::new();
     let (whole, parted) = (folder.path("whole.zarr"), folder.path("parted.zarr"));
-    let mesh = ["mesh", SPOT, "--cells", "400", "--backend", "cpu", "-q", "--zarr-shards=128KiB", "--compress=9"];
+    let mesh = ["mesh", SPOT, "--cells", "600", "--backend", "cpu", "-q", "--zarr-shards=128KiB", "--compress=9"];
     done(&[&mesh[..], &["-o", &whole]].concat());
     let start = |k: usize| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_hexcast"));
         command.current_dir(env!("CARGO_MANIFEST_DIR")).args(mesh).args(["-o", &parted, "--part", &format!("{k}/3")]);
-        command.stderr(Stdio::piped()).spawn().expect("hexcast starts")
+        // on one thread, so that there are seconds in which it can be killed
+        command.args(["--threads", "1"]).stderr(Stdio::piped()).spawn().expect("hexcast starts")
     };
     let mut running: Vec<_> = (1..=3).map(start).collect();
     // in the middle of its shards

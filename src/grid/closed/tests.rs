@@ -50,9 +50,9 @@ fn closedness_is_that_of_every_edge() {
 
 #[test]
 fn one_edge_of_many_that_comes_twice_is_found() {
-    // a strip of tetrahedra, each beside the last: 80,000 facets in several chunks
+    // a strip of tetrahedra, each beside the last: 240,000 facets in several chunks, whose hashes are compared in several groups
     let moved = |by: i32| tetrahedron().into_iter().map(move |facet| facet.map(|[x, y, z]| [x + by, y, z]));
-    let mut facets: Vec<SnappedFacet> = (0..20_000).flat_map(|index| moved(100 * index)).collect();
+    let mut facets: Vec<SnappedFacet> = (0..60_000).flat_map(|index| moved(100 * index)).collect();
     assert_eq!(Closed::new(&facets), brute_force(&facets));
     assert!(Closed::new(&facets).is_proper);
     // one more, which has an edge in common with one far away

@@ -3,35 +3,15 @@
 //! Cells without fractions have 0 or 1 by their flag, which is that of their centre: a wall between the rays is seen there and not in the volumes of the report.
 //! Cells that surfaces cut have the sum of the fractions of flags that are not 0. Cost: two slabs of memory, and what `.vti` takes.
 
-use std::io;
-
 use serde_json::json;
 
-use super::cells::Cells;
 use super::store::OfCells;
-use super::{Format, Options, npy};
-use crate::base::control::{Control, at_once};
+use super::{Format, npy};
 use crate::base::error::{Error, Result};
 use crate::cells::columns::Columns;
 use crate::cells::flags::{CellBox, flags_of_box};
 use crate::derived::fractions::Fractions;
 use crate::derived::mesh::Mesh;
-
-/// Writes the fraction of every cell that is not background, as 32-bit floating point, x fastest. Returns the number of bytes.
-///
-/// # Errors
-/// `job-conflict` where mesh and fractions are not of the same box, the mesh has a halo, or the format is none of `.vti`, `.vtr`, `.npy` and `.zarr.zip`; `lines-graded` for `.vti`
-/// where cells differ in size; `job-value` where the compression level is not 1 to 9; `io` where `out` fails; `cancelled`.
-pub fn write_solid(
-    mesh: &Mesh,
-    fractions: &Fractions,
-    (format, options): (Format, &Options),
-    out: &mut dyn io::Write,
-    control: &Control,
-) -> Result<u64> {
-    let cells = Cells::solid(mesh, fractions, options)?;
-    Ok(at_once(cells.write(format, out, &control.without_pauses()))?.n_bytes)
-}
 
 /// Refuses a format that holds no fractions of cells.
 pub(super) fn check_format(format: Format) -> Result<()> {
