@@ -146,7 +146,7 @@ pub(crate) struct EdgeHashes {
 }
 
 /// Hashes that are compared in a step, about: some tens of milliseconds.
-const AT_ONCE: usize = 1 << 21;
+const AT_ONCE: usize = 1 << 19;
 
 impl EdgeHashes {
     /// Adds facets.
