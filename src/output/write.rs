@@ -160,7 +160,7 @@ impl<'a> Cells<'a> {
         Ok(self.head_and_tail(format))
     }
 
-    pub(super) fn head_and_tail(&self, format: Format) -> Option<(Vec<u8>, Vec<u8>)> {
+    fn head_and_tail(&self, format: Format) -> Option<(Vec<u8>, Vec<u8>)> {
         let dims = self.mesh.dims();
         match (format, self.options.compress) {
             (Format::Raw, _) => Some((Vec::new(), Vec::new())),
