@@ -16,7 +16,7 @@ const CELLS: [(&str, &str); 7] = [
     (".raw", "one byte a cell, x fastest; OUT.raw.json says what they mean"),
     (
         ".zarr",
-        "Zarr v3, a folder or s3://BUCKET/NAME.zarr: flag (z, y, x) in shards, and the centres x, y, z; for \
+        "Zarr v3, a folder or s3://BUCKET/NAME.zarr: flag (z, y, x) in shards, and the centres x, y, z; for\n                  \
          zarr-python and xarray. With --part K/N only the shards of that part, in the store of the whole",
     ),
     (".zarr.zip", "the files of such a store in one archive: a ZipStore of zarr-python"),
