@@ -55,11 +55,6 @@ impl Closed {
         }
     }
 
-    /// Of a surface whose edges are used as often one way as the other.
-    fn proper_unless(has_twice: bool) -> Closed {
-        Closed { parity: true, nonzero: true, is_proper: !has_twice }
-    }
-
     /// Whether rays decide its cells.
     pub fn by(self, rule: Rule) -> bool {
         match rule {
@@ -141,12 +136,12 @@ fn add(one: [u64; 2], other: [u64; 2]) -> [u64; 2] {
 #[derive(Default)]
 pub(crate) struct EdgeHashes {
     chunks: Vec<Hashes>,
-    /// Hashes that are compared with each other, as ranges of parts: the next ones last. None while facets come.
-    groups: Option<Vec<Range<usize>>>,
+    /// Parts that were compared; None while facets come.
+    n_compared: Option<usize>,
 }
 
-/// Hashes that are compared in a step, about: some tens of milliseconds.
-const AT_ONCE: usize = 1 << 19;
+/// Hashes that are compared in a step, about, in some milliseconds; at least a sixteenth of them all, so that many cores have work.
+const AT_ONCE: usize = 1 << 18;
 
 impl EdgeHashes {
     /// Adds facets.
@@ -156,26 +151,24 @@ impl EdgeHashes {
 
     /// Does a part of the work that is left once all facets are there; what was found, once all is done.
     pub(crate) fn step(&mut self) -> Option<Closed> {
-        let n: usize = self.chunks.iter().map(|chunk| chunk.forward.len()).sum();
-        let parts_of_group = (PARTS * LEAST_COMPARED / n.max(1)).clamp(1, PARTS).next_power_of_two();
-        let Some(groups) = &mut self.groups else {
+        let Some(first) = self.n_compared else {
             let (odd, surplus) = self.chunks.iter().fold(([0; 2], [0; 2]), |(odd, surplus), chunk| {
                 ([odd[0] ^ chunk.odd[0], odd[1] ^ chunk.odd[1]], add(surplus, chunk.surplus))
             });
             let (parity, nonzero) = (odd == [0; 2], surplus == [0; 2]);
-            if !parity || !nonzero {
-                return Some(Closed { parity, nonzero, is_proper: false });
-            }
-            self.groups = Some((0..PARTS).step_by(parts_of_group).map(|first| first..first + parts_of_group).collect());
-            return None;
+            self.n_compared = Some(0);
+            return (!parity || !nonzero).then_some(Closed { parity, nonzero, is_proper: false });
         };
-        let n_left = groups.len().saturating_sub((AT_ONCE / (n / PARTS * parts_of_group).max(1)).max(1));
-        let some = groups.split_off(n_left);
-        let found: Vec<bool> = some.into_par_iter().map(|parts| has_twice(&self.chunks, &parts)).collect();
-        if found.contains(&true) {
-            return Some(Closed::proper_unless(true));
-        }
-        groups.is_empty().then(|| Closed::proper_unless(false))
+        let n: usize = self.chunks.iter().map(|chunk| chunk.forward.len()).sum();
+        // powers of two, which divide the number of all parts
+        let parts_of = |n_hashes: usize| (PARTS * n_hashes / n.max(1)).clamp(1, PARTS).next_power_of_two();
+        let in_group = parts_of(LEAST_COMPARED);
+        let end = first + parts_of(AT_ONCE).max(PARTS / 16);
+        self.n_compared = Some(end);
+        let groups: Vec<usize> = (first..end).step_by(in_group).collect();
+        let of_group = |first| has_twice(&self.chunks, &(first..first + in_group));
+        let has_twice = groups.into_par_iter().map(of_group).collect::<Vec<bool>>().contains(&true);
+        (has_twice || end == PARTS).then_some(Closed { parity: true, nonzero: true, is_proper: !has_twice })
     }
 }
 
