@@ -102,9 +102,7 @@ pub fn check_lines(lines: &Lines, format: Format) -> Result<()> {
 
 /// Returns the size of a file before it is written, in bytes; None where it depends on the flags.
 pub fn exact_size(mesh: &Mesh, format: Format, options: &Options) -> Option<u64> {
-    let cells = Cells::flags(mesh, options);
-    let (head, tail) = cells.head_and_tail(format)?;
-    cells.n_bytes()?.checked_add((head.len() + tail.len()) as u64)
+    Cells::flags(mesh, options).exact_size(format)
 }
 
 /// Refuses options that the format would silently ignore.
@@ -158,6 +156,12 @@ impl<'a> Cells<'a> {
             bits::check(self.mesh)?;
         }
         Ok(self.head_and_tail(format))
+    }
+
+    /// The size of a file before it is written, in bytes; None where it depends on the numbers.
+    pub(crate) fn exact_size(&self, format: Format) -> Option<u64> {
+        let (head, tail) = self.head_and_tail(format)?;
+        self.n_bytes()?.checked_add((head.len() + tail.len()) as u64)
     }
 
     fn head_and_tail(&self, format: Format) -> Option<(Vec<u8>, Vec<u8>)> {

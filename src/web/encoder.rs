@@ -43,8 +43,8 @@ impl WebMesh {
             (None, ("links", _)) => self.measured.links().ok().map(links::n_bytes),
             (None, ("fractions", ending)) => {
                 cells_of(&self.mesh, &self.measured, true, &options).ok().and_then(|cells| {
-                    let (head, tail) = cells.around(format_of(ending).ok()?).ok()??;
-                    Some(cells.n_bytes()? + (head.len() + tail.len()) as u64)
+                    let format = format_of(ending).ok()?;
+                    cells.around(format).ok().and_then(|_| cells.exact_size(format))
                 })
             }
             (None, (_, ending)) => write::exact_size(&self.mesh, format_of(ending).map_err(js_error)?, &options),

@@ -40,7 +40,7 @@ impl<'a> Cells<'a> {
     }
 
     /// Number of their bytes; None where it would not fit 64 bits.
-    pub(crate) fn n_bytes(&self) -> Option<u64> {
+    pub(super) fn n_bytes(&self) -> Option<u64> {
         match self.fractions {
             Some(_) => self.mesh.n_cells().checked_mul(4),
             None => raw::n_bytes(self.mesh.dims(), self.options.bits),
