@@ -25,8 +25,10 @@ pub(crate) fn octahedron(size: f32) -> Vec<Facet> {
 
 /// Meshes an octahedron of size 1 in cells of a tenth.
 pub(crate) fn meshed() -> Result<Mesh> {
-    let body = GeometryJob::new("body").with_flag(7);
-    let job = Job::new(vec![body]).with_cell_size(PerAxis::All(0.1));
+    let mut body = GeometryJob::new("body");
+    body.flag = Some(7);
+    let mut job = Job::new(vec![body]);
+    job.cell_size = Some(PerAxis::All(0.1));
     let source = Source::from_facets("body", octahedron(1.0))?;
     let mut mesher = Mesher::new(MesherOptions::default())?;
     let (mesh, _) = mesher.mesh_sources(&job, vec![source], &MeshOptions::default(), &Control::default())?;

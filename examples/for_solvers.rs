@@ -4,7 +4,7 @@
 //!     cargo run --example for_solvers -- board.stl patch.stl
 
 use hexcast::files::read_file;
-use hexcast::job::{FractionsJob, GradedJob, LinksJob, Padding, PerAxis, Stencil};
+use hexcast::job::{FractionsJob, GradedJob, Padding, PerAxis, Stencil};
 use hexcast::picture::lines_svg;
 use hexcast::pipeline::prepare;
 use hexcast::write::{self, Compress, Format, LinksFormat, Options};
@@ -12,11 +12,15 @@ use hexcast::{Control, Error, GeometryJob, Job, Mesher, MesherOptions, Result};
 
 /// Meshes a board and a patch of metal with graded lines, as `.vtr`; also returns `c dt` of the largest stable step.
 pub(crate) fn graded(mesher: &mut Mesher, board: &str, patch: &str) -> Result<(Vec<u8>, Option<f64>)> {
-    let patch = GeometryJob::new(patch).with_metal(true).with_max_size(0.5);
-    let geometries = vec![GeometryJob::new(board).with_min_cells(4), patch];
-    let graded = GradedJob::new(PerAxis::All(2.0)).with_min_size(0.02).with_absorbing(PerAxis::All(8));
-    let padding = Padding::Length(PerAxis::All(20.0));
-    let job = Job::new(geometries).with_graded(graded).with_padding(padding).with_unit("mm");
+    let (mut board, mut patch) = (GeometryJob::new(board), GeometryJob::new(patch));
+    board.min_cells = Some(4);
+    (patch.metal, patch.max_size) = (true, Some(0.5));
+    let mut graded = GradedJob::new(PerAxis::All(2.0));
+    (graded.min_size, graded.absorbing) = (Some(0.02), Some(PerAxis::All(8)));
+    let mut job = Job::new(vec![board, patch]);
+    job.graded = Some(graded);
+    job.padding = Some(Padding::Length(PerAxis::All(20.0)));
+    job.unit = Some("mm".into());
     let (mesh, report) = mesher.mesh(&job)?;
     let mut vtr = Vec::new();
     write::write(&mesh, Format::Vtr, &Options::default(), &mut vtr, &Control::default())?;
@@ -25,17 +29,18 @@ pub(crate) fn graded(mesher: &mut Mesher, board: &str, patch: &str) -> Result<(V
 
 /// Draws the lines of a job, before there is a mesh.
 pub(crate) fn drawn(board: &str) -> Result<String> {
-    let job = Job::new(vec![GeometryJob::new(board)]).with_cells(32);
+    let mut job = Job::new(vec![GeometryJob::new(board)]);
+    job.cells = Some(32);
     let prepared = prepare(&job, vec![read_file(board, &Control::default())?])?;
     lines_svg(&prepared.lines, &prepared.geometries)
 }
 
 /// Writes the links of D3Q27 as records; also returns the least distance along one.
 pub(crate) fn links(mesher: &mut Mesher, body: &str) -> Result<(Vec<u8>, f32)> {
-    let job = Job::new(vec![GeometryJob::new(body)])
-        .with_cells(32)
-        .with_padding(Padding::Cells(PerAxis::All(2)))
-        .with_links(LinksJob::default().with_stencil(Stencil::D3Q27));
+    let mut job = Job::new(vec![GeometryJob::new(body)]);
+    job.cells = Some(32);
+    job.padding = Some(Padding::Cells(PerAxis::All(2)));
+    job.links.get_or_insert_default().stencil = Stencil::D3Q27;
     let (_, report) = mesher.mesh(&job)?;
     let links = report.mesh.links.expect("the job asks for them");
     let nearest = links.iter().map(|link| link.q).fold(1.0, f32::min);
@@ -46,8 +51,10 @@ pub(crate) fn links(mesher: &mut Mesher, body: &str) -> Result<(Vec<u8>, f32)> {
 
 /// Writes the fractions of cells as an archive; also returns the volume of flag 1.
 pub(crate) fn fractions(mesher: &mut Mesher, body: &str) -> Result<(Vec<u8>, f64)> {
-    let asked = FractionsJob::default().with_rays(8).with_surfaces(true);
-    let job = Job::new(vec![GeometryJob::new(body)]).with_cells(32).with_fractions(asked);
+    let mut asked = FractionsJob::default();
+    (asked.rays, asked.surfaces) = (8, true);
+    let mut job = Job::new(vec![GeometryJob::new(body)]);
+    (job.cells, job.fractions) = (Some(32), Some(asked));
     let (_, report) = mesher.mesh(&job)?;
     let fractions = report.mesh.fractions.expect("the job asks for them");
     let mut npz = Vec::new();
@@ -57,7 +64,8 @@ pub(crate) fn fractions(mesher: &mut Mesher, body: &str) -> Result<(Vec<u8>, f64
 
 /// Writes the flags on a staggered grid as an archive; also returns the number of edges along x in the body.
 pub(crate) fn staggered(mesher: &mut Mesher, body: &str) -> Result<(Vec<u8>, u64)> {
-    let job = Job::new(vec![GeometryJob::new(body)]).with_cells(32).with_staggered(true);
+    let mut job = Job::new(vec![GeometryJob::new(body)]);
+    (job.cells, job.staggered) = (Some(32), true);
     let (mesh, report) = mesher.mesh(&job)?;
     let staggered = report.mesh.staggered.expect("the job asks for it");
     // Ex, Ey, Ez, Hx, Hy, Hz

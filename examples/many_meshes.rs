@@ -11,8 +11,10 @@ pub(crate) fn cells_of_turns(source: &Source, n: u32) -> Result<Vec<u64>> {
     let mut mesher = Mesher::new(MesherOptions::default())?;
     let cells_at = |index: u32| {
         let degrees = 90.0 * f64::from(index) / f64::from(n);
-        let body = GeometryJob::new(source.file.clone()).with_rotate([0.0, 0.0, degrees]);
-        let job = Job::new(vec![body]).with_cells(32);
+        let mut body = GeometryJob::new(source.file.clone());
+        body.rotate = Some([0.0, 0.0, degrees]);
+        let mut job = Job::new(vec![body]);
+        job.cells = Some(32);
         // the facets are shared, not copied
         let sources = vec![source.clone()];
         let (_, report) = mesher.mesh_sources(&job, sources, &MeshOptions::default(), &Control::default())?;

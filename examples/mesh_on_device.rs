@@ -92,7 +92,8 @@ pub(crate) fn cells_per_flag(device: &Device, queue: &Queue, mesh: &DeviceMesh) 
 /// Meshes a file on a device of the program's own, and counts its cells there.
 pub(crate) fn counted(file: &str) -> Result<[u32; 256]> {
     let (device, queue) = device().map_err(|error| Error::new("no-adapter", error.to_string(), ""))?;
-    let job = Job::new(vec![GeometryJob::new(file)]).with_cells(100);
+    let mut job = Job::new(vec![GeometryJob::new(file)]);
+    job.cells = Some(100);
     let mesh = Mesher::with_device(device.clone(), queue.clone())?.mesh_on_device(&job)?;
     Ok(cells_per_flag(&device, &queue, &mesh))
 }

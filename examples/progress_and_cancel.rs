@@ -32,7 +32,8 @@ pub(crate) fn cancelled_after(part: f64) -> (Vec<Progress>, Result<()>) {
 }
 
 fn mesh(control: Control) -> Result<()> {
-    let job = Job::new(vec![GeometryJob::new("cube")]).with_cells(2000);
+    let mut job = Job::new(vec![GeometryJob::new("cube")]);
+    job.cells = Some(2000);
     let sources = vec![Source::from_facets("cube", cube())?];
     Mesher::new(MesherOptions::default())?.mesh_sources(&job, sources, &MeshOptions::default(), &control)?;
     Ok(())

@@ -10,7 +10,8 @@ use hexcast::{Control, Error, GeometryJob, Job, Mesher, MesherOptions, Result, S
 pub(crate) fn vti_of_stl(name: &str, mut stl: &[u8]) -> Result<Vec<u8>> {
     let control = Control::default();
     let source = Source::read(name, stl.len() as u64, &mut stl, &control)?;
-    let job = Job::new(vec![GeometryJob::new(name)]).with_cells(64);
+    let mut job = Job::new(vec![GeometryJob::new(name)]);
+    job.cells = Some(64);
     let mut mesher = Mesher::new(MesherOptions::default())?;
     let (mesh, _) = mesher.mesh_sources(&job, vec![source], &MeshOptions::default(), &control)?;
     let mut vti = Vec::new();

@@ -7,7 +7,8 @@ use hexcast::{Error, GeometryJob, Job, Mesh, Mesher, MesherOptions, Result};
 
 /// Meshes part `index` of `n`, counted from 1: slabs across z that cost about the same. Returns it and the first of its cells.
 pub(crate) fn part(file: &str, index: u32, n: u32) -> Result<(Mesh, [u32; 3])> {
-    let job = Job::new(vec![GeometryJob::new(file)]).with_cells(100).with_part(PartJob::new(index, [1, 1, n]));
+    let mut job = Job::new(vec![GeometryJob::new(file)]);
+    (job.cells, job.part) = (Some(100), Some(PartJob::new(index, [1, 1, n])));
     let (mesh, report) = Mesher::new(MesherOptions::default())?.mesh(&job)?;
     let first = report.mesh.window.map_or([0; 3], |window| window.first);
     Ok((mesh, first))

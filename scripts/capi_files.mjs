@@ -5,12 +5,11 @@ import path from 'node:path';
 
 import { FOLDER, SPOT, compiled, filesOf, fresh } from './capi.mjs';
 import { buildNative } from './native.mjs';
-import { run } from './run.mjs';
+import { ROOT, run } from './run.mjs';
 
 /** Files that C writes, and options of both: each ending of the command. @type {[string, string, string[]][]} */
 const FILES = [
-  ...['raw', 'npy', 'npz', 'vti', 'vtr', 'hxc', 'zarr', 'zarr.zip'].map(plain),
-  ...['foam', 'inp', 'msh', 'xdmf', 'csx.xml', 'in', 'nrrd', 'vox', 'binvox'].map(plain),
+  ...[...endingsOf('cells'), 'zarr.zip', ...endingsOf('export').filter((ending) => ending !== 'geometry.xml')].map(plain),
   ['case/constant/polyMesh', '', []],
   ['geometry.xml', '', []],
   ['plain.vti', '{"compress": 0}', ['--compress=none']],
@@ -20,6 +19,12 @@ const FILES = [
   ['air.msh', '{"export_flags": [0], "ascii": true}', ['--export-flags', '0', '--ascii']],
   ['walls.foam', '{"patches": "solid", "open_patches": ["cow"]}', ['--patches', 'solid', '--open-patches', 'cow']],
 ];
+
+/** Endings of the formats of a kind. @param {string} kind @returns {string[]} */
+function endingsOf(kind) {
+  const formats = JSON.parse(readFileSync(path.join(ROOT, 'docs/formats.json'), 'utf8'));
+  return Object.keys(formats).filter((name) => formats[name].kind === kind);
+}
 
 /** @param {string} ending @returns {[string, string, string[]]} */
 function plain(ending) {

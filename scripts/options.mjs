@@ -1,5 +1,6 @@
 // npm run options: writes, from docs/job.schema.json, all that lists the options of a job outside of Rust: the types of the package, the
-// names and types of the wheel, and the reference page. The schema is made of the Rust types; `npm test` compares what is here with it.
+// names and types of the wheel, and the reference page; and from docs/formats.json the rows of formats of the package. Both are made of the
+// Rust types and writers; `npm test` compares what is here with them.
 
 import { readFileSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
@@ -353,12 +354,60 @@ Keys of a job file alone. In JavaScript and Python these are arguments of what w
 ${table(ofFile)}${inner.join('')}`;
 }
 
+/** The facts of formats, which the writers are asked for. @type {Record<string, import('../www/result.js').FormatFacts>} */
+const formats = readJson('docs/formats.json');
+const OF_FORMATS = '`npm run options` of docs/formats.json';
+
+/** `www/client/format_rows.js`. */
+function rows() {
+  const word = (/** @type {unknown} */ value) => (typeof value === 'string' ? `'${value}'` : `${value}`);
+  const rows = Object.entries(formats).map(([name, facts]) => {
+    const { kind, type, compresses, ascii, unit, spacing } = facts;
+    const values = [kind, type, compresses, ascii, unit, spacing].map(word).join(', ');
+    return `  ${/^\w+$/.test(name) ? name : `'${name}'`}: row(${values}),\n`;
+  });
+  return `/** What each format is and can hold. Made by ${OF_FORMATS}. */
+
+/** @typedef {import('../hexcast.js').FormatFacts} Facts */
+
+/**
+ * @param {Facts['kind']} kind @param {string} type @param {boolean} compresses @param {boolean} ascii @param {boolean} unit
+ * @param {Facts['spacing']} spacing @returns {Facts}
+ */
+const row = (kind, type, compresses, ascii, unit, spacing) => Object.freeze({ kind, type, compresses, ascii, unit, spacing });
+
+/** @type {typeof import('../hexcast.js').formats} */
+export const FORMATS = Object.freeze({
+${rows.join('')}});
+`;
+}
+
+/** `www/formats.d.ts`. */
+function formatNames() {
+  const of = (/** @type {string} */ kind) => {
+    const names = Object.keys(formats).filter((name) => formats[name].kind === kind);
+    const line = names.map((name) => `'${name}'`).join(' | ');
+    return line.length < 100 ? ` ${line}` : `\n  | ${line.replaceAll(' | ', '\n  | ')}`;
+  };
+  return `/** Names of formats. Made by ${OF_FORMATS}. */
+
+/** Files of the flags. */
+export type CellsFormat =${of('cells')};
+/** Files of what a job asked for besides. */
+export type MeasuredFormat =${of('measured')};
+/** Files of other programs. */
+export type ProgramFormat =${of('export')};
+`;
+}
+
 /** The files, and what shall be in them. @returns {Record<string, string>} */
 export function generated() {
   return {
     'www/options.d.ts': types(),
     'python/package/hexcast/_options.py': names(),
     'docs/options.md': reference(),
+    'www/client/format_rows.js': rows(),
+    'www/formats.d.ts': formatNames(),
   };
 }
 

@@ -49,9 +49,9 @@ export interface GeometryJob {
    */
   open?: 'winding' | 'vote' | 'error' | 'parity';
   /**
-   * Which cells along its surface it has as well, if not as the job says. `centre`: none. `conservative`: every cell whose box the surface
-   * touches. `separating`: the cells that separate the two sides of the surface: no path from face neighbour to face neighbour leads through
-   * it.
+   * Which cells along its surface it has as well, if not as the job says. `centre`: No others. `conservative`: every cell whose box the
+   * surface touches. `separating`: the cells that separate the two sides of the surface: no path from face neighbour to face neighbour leads
+   * through it.
    */
   fill?: 'centre' | 'conservative' | 'separating';
   /** Only the cells along its surface, and none for being inside; by default the `separating` ones. */
@@ -116,7 +116,7 @@ export interface FractionsJob {
 export interface Job {
   /** The geometries, in order: where two of equal priority overlap, one that is closed or flat wins over one that is not, else the later. */
   geometries: readonly GeometryJob[];
-  /** Two corners of the box, x0 y0 z0 x1 y1 z1; by default the box around all geometries. */
+  /** Two corners of the box, x0 y0 z0 x1 y1 z1; by default the box around all geometries. Padding comes on top. */
   domain?: readonly [number, number, number, number, number, number];
   /** Space added on both sides of every axis, to `domain` or to the box around the geometries: whole cells, or a length. */
   padding?: { readonly cells: number | Triple } | { readonly length: number | Triple };
@@ -174,14 +174,14 @@ export interface Job {
    */
   open?: 'winding' | 'vote' | 'error' | 'parity';
   /**
-   * Which cells geometries have besides those whose centres lie inside; a geometry may say otherwise. `centre`: none. `conservative`: every
-   * cell whose box the surface touches. `separating`: the cells that separate the two sides of the surface: no path from face neighbour to
-   * face neighbour leads through it. Default `centre`.
+   * Which cells geometries have besides those whose centres lie inside; a geometry may say otherwise. `centre`: No others. `conservative`:
+   * every cell whose box the surface touches. `separating`: the cells that separate the two sides of the surface: no path from face neighbour
+   * to face neighbour leads through it. Default `centre`.
    */
   fill?: 'centre' | 'conservative' | 'separating';
-  /** Whether every solid of every file is a geometry of its own, as `split` of a geometry. */
+  /** Makes every solid (part, node, item) of every file a geometry of its own. */
   split?: boolean;
-  /** Whether every geometry has the cells outside of it, as `invert` of a geometry. */
+  /** Gives every geometry the cells outside of it in place of those inside, such as the fluid around a body. */
   invert?: boolean;
   /**
    * Closes openings narrower than this number of cells along x, y or z, at least 2, and no wider ones: background cells get `gap_flag` if
@@ -194,7 +194,7 @@ export interface Job {
   certify?: boolean;
   /** Leaves out the checks that are made of every mesh: whether shells have no cell, or another volume than their surface. */
   quick?: boolean;
-  /** Walls of fewer cells are thin, at least 1; by default 2. */
+  /** With `certify`: walls of fewer cells are thin, at least 1; by default 2. */
   thin_cells?: number;
   /** Measures the links from cells of a fluid to surfaces. See `Mesh.links`. */
   links?: LinksJob;
@@ -212,8 +212,8 @@ export interface Job {
    */
   axis?: 'auto' | 'x' | 'y' | 'z';
   /**
-   * Most bytes of memory to take, as a number or as text such as "2GB"; what does not fit is refused before it starts. By default 3 GiB. A
-   * mesh that needs more fails with `memory`, unless its columns can spill: see `MeshOptions.spill`.
+   * Most bytes of memory to take, as a number or as text such as "2GB"; what does not fit is refused before it starts, unless its columns may
+   * spill to disk. By default 3 GiB. A mesh that needs more fails with `memory`, unless its columns can spill: see `MeshOptions.spill`.
    */
   max_memory?: number | string;
   /** Unit of the files' lengths, such as "mm"; repeated in every output. */

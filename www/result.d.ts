@@ -1,5 +1,6 @@
 /** What comes out: the mesh, its flags and its files. */
 import type { CallOptions, Device, FileSource } from './hexcast.js';
+import type { CellsFormat, MeasuredFormat, ProgramFormat } from './formats.js';
 import type { Job } from './options.js';
 import type { Fractions, Links, Staggered } from './measured.js';
 import type { Difference, SliceOptions, ViewOptions } from './pictures.js';
@@ -97,7 +98,7 @@ export interface Skin {
  * foam, inp, csx.xml, in and geometry.xml need the `unit` of the job. HDF5 is held in memory, up to 2^29 bytes of numbers: of xdmf 65 bytes a cell and
  * 24 a point, of in 2 a cell of the box.
  */
-export type ExportFormat = 'foam' | 'inp' | 'msh' | 'xdmf' | 'csx.xml' | 'in' | 'geometry.xml' | 'nrrd' | 'vox' | 'binvox';
+export type ExportFormat = ProgramFormat;
 
 /**
  * Formats of files: those of the mesh, of what its job asked for besides, and of other programs. `vti` is for cells of one size.
@@ -107,11 +108,7 @@ export type ExportFormat = 'foam' | 'inp' | 'msh' | 'xdmf' | 'csx.xml' | 'in' | 
  * - `links`: records of 24 bytes, for programs that read without NumPy.
  * - `fractions.vti`, `fractions.vtr`, `fractions.npy`, `fractions.zarr`: for every cell the fraction that is not background.
  */
-export type Format =
-  | ('vti' | 'vtr' | 'npy' | 'npz' | 'raw' | 'hxc' | 'zarr')
-  | ('links.npz' | 'links.h5' | 'links' | 'staggered.npz')
-  | ('fractions.npz' | 'fractions.vti' | 'fractions.vtr' | 'fractions.npy' | 'fractions.zarr')
-  | ExportFormat;
+export type Format = CellsFormat | MeasuredFormat | ExportFormat;
 
 /** What a {@link Format} is and can hold. */
 export interface FormatFacts {

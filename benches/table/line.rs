@@ -76,7 +76,8 @@ pub(crate) struct Ready {
 pub(crate) fn ready(case: &Case) -> Result<(Ready, [f64; 3]), Box<dyn Error>> {
     let Case { file, cells, axis, .. } = case;
     let name = file.to_string_lossy().into_owned();
-    let job = Job::new(vec![GeometryJob::new(&name)]).with_cells(*cells).with_axis(*axis);
+    let mut job = Job::new(vec![GeometryJob::new(&name)]);
+    (job.cells, job.axis) = (Some(*cells), *axis);
     let mut clock = Instant::now();
     let mut source = File::open(file)?;
     let n_bytes = source.metadata()?.len();

@@ -13,7 +13,8 @@
 //! # let source = Source::from_facets("body", vec![[o, y, x], [o, x, z], [o, z, y], [x, y, z]])?;
 //! # let mut mesher = Mesher::new(MesherOptions::default().with_backend(BackendChoice::Cpu))?;
 //! # let mut mesh_of = |flag| {
-//! #     let job = Job::new(vec![GeometryJob::new("body").with_flag(flag)]).with_cells(20);
+//! #     let mut job = Job::new(vec![GeometryJob::new("body")]);
+//! #     (job.cells, job.geometries[0].flag) = (Some(20), Some(flag));
 //! #     mesher.mesh_sources(&job, vec![source.clone()], &MeshOptions::default(), &Control::default())
 //! # };
 //! # let ((before, _), (after, _)) = (mesh_of(1)?, mesh_of(3)?);

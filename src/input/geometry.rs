@@ -22,6 +22,7 @@ pub use placing::Placing;
 /// How the cells of a geometry are decided whose surface is not closed. One that is closed is not affected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
 pub enum Open {
@@ -39,10 +40,11 @@ pub enum Open {
 /// Which cells a geometry has besides those whose centres lie inside of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
 pub enum Fill {
-    /// None.
+    /// No others.
     #[default]
     Centre,
     /// Every cell whose box the surface touches.

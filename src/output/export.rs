@@ -139,6 +139,11 @@ impl Exporter {
         self.format().has_flags
     }
 
+    /// The axis across which an exporter holds whole planes of flags, where it does.
+    pub fn held_planes(self) -> Option<usize> {
+        self.format().held_planes
+    }
+
     /// Whether files name faces at the boundary of exported cells, as [`ExportOptions::patches`] says.
     pub fn has_patches(self) -> bool {
         self.format().longest_name.is_some()

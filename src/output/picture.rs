@@ -11,7 +11,8 @@
 //!
 //! # let [o, x, y, z] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 //! # let source = Source::from_facets("body", vec![[o, y, x], [o, x, z], [o, z, y], [x, y, z]])?;
-//! # let job = Job::new(vec![GeometryJob::new("body")]).with_cells(20);
+//! # let mut job = Job::new(vec![GeometryJob::new("body")]);
+//! # job.cells = Some(20);
 //! # let mut mesher = Mesher::new(MesherOptions::default().with_backend(BackendChoice::Cpu))?;
 //! # let (mesh, _) = mesher.mesh_sources(&job, vec![source], &MeshOptions::default(), &Control::default())?;
 //! // two planes across z, with a legend below

@@ -21,6 +21,17 @@ pub(super) fn exporter_of(format: &str) -> Option<Exporter> {
     Exporter::ENDINGS.into_iter().find(|(ending, _)| ending.trim_start_matches('.') == format).map(|(_, of)| of)
 }
 
+/// Names in JavaScript of the exporters of a kind, for errors.
+pub(super) fn names_of(is_kind: &dyn Fn(Exporter) -> bool) -> String {
+    let is_name = |ending: &str| !ending.contains('/');
+    let kind = Exporter::ENDINGS.into_iter().filter(|(ending, exporter)| is_name(ending) && is_kind(*exporter));
+    let names: Vec<&str> = kind.map(|(ending, _)| ending.trim_start_matches('.')).collect();
+    match names.split_last() {
+        Some((last, others)) if !others.is_empty() => format!("{} or {last}", others.join(", ")),
+        _ => names.concat(),
+    }
+}
+
 /// Starts the file of an exporter. One that has several makes an archive of them, which is unpacked into the folder of a case.
 pub(super) fn export_work(mesh: Rc<Mesh>, exporter: Exporter, options: ExportOptions) -> Result<Resting> {
     let options = options.with_slab_bytes(SLAB_BYTES);
@@ -52,13 +63,9 @@ pub(super) fn links_work(measured: Rc<Measured>, compress: Compress) -> Result<R
 
 /// Refuses planes that are too large, for exporters that hold them.
 fn check_plane(mesh: &Mesh, exporter: Exporter) -> Result<()> {
-    let [nx, ny, nz] = mesh.dims().map(u64::from);
-    let (axis, n_cells) = match exporter {
-        // gprMax: its file is held, which allows for less
-        Exporter::Nrrd | Exporter::Vox | Exporter::Gprmax => return Ok(()),
-        Exporter::Binvox => ("x", ny * nz),
-        _ => ("z", nx * ny),
-    };
+    let Some(axis) = exporter.held_planes() else { return Ok(()) };
+    let [one, other] = [1, 2].map(|after| u64::from(mesh.dims()[(axis + after) % 3]));
+    let (axis, n_cells) = (["x", "y", "z"][axis], one * other);
     if n_cells > MAX_PLANE {
         let message =
             format!("a plane across {axis} has {n_cells} cells, and exporters hold planes of up to {MAX_PLANE} here");

@@ -2,6 +2,7 @@
 
 use serde::Deserialize;
 
+use super::export::names_of;
 use crate::base::error::{Error, Result};
 use crate::output::export::Exporter;
 use crate::output::write::{AxisOrder, Compress, Options};
@@ -43,34 +44,36 @@ impl WriteOptions {
     pub(super) fn check(&self, format: &str, exporter: Option<Exporter>) -> Result<()> {
         let is = |fits: fn(Exporter) -> bool| exporter.is_some_and(fits);
         // several files come as an archive, which is compressed
-        let compresses = |exporter: Exporter| exporter.compresses() || exporter == Exporter::Foam;
+        let compresses: fn(Exporter) -> bool =
+            |exporter| exporter.compresses() || exporter.file_names("mesh").len() > 1;
         let is_array = matches!(format, "raw" | "npy" | "npz");
         // what is measured has one form
         let is_of_mesh = exporter.is_none() && !format.contains('.') && format != "links";
-        let packs = if format == "links" { "links.npz or links.h5" } else { "nrrd, foam, xdmf or in" };
-        let one_order = ("always has the flags, in one order of cells", "raw, npy or npz");
-        let known = [
+        let packs = || if format == "links" { "links.npz or links.h5".into() } else { names_of(&compresses) };
+        let arrays = || "raw, npy or npz".into();
+        let one_order = "always has the flags, in one order of cells";
+        let known: [(bool, bool, &str, &str, &dyn Fn() -> String); 6] = [
             (
                 (exporter.is_none() && format != "links") || is(compresses),
                 self.compress > 0,
                 "compress",
-                ("cannot be compressed", packs),
+                "cannot be compressed",
+                &packs,
             ),
-            (is_of_mesh, self.bits, "bits", ("has no bit-packed variant", "raw or npy")),
-            (is(Exporter::has_ascii), self.ascii, "ascii", ("is written in one form only", "foam or msh")),
-            (
-                is(Exporter::has_flags),
-                self.export_flags.is_some(),
-                "exportFlags",
-                ("always holds all flags", "foam, inp, msh, xdmf, csx.xml, in, geometry.xml, vox or binvox"),
-            ),
-            (is_array, self.axis_order != AxisOrder::Zyx, "axisOrder", one_order),
-            (is_array, self.map.is_some(), "map", one_order),
+            (is_of_mesh, self.bits, "bits", "has no bit-packed variant", &|| "raw or npy".into()),
+            (is(Exporter::has_ascii), self.ascii, "ascii", "is written in one form only", &|| {
+                names_of(&Exporter::has_ascii)
+            }),
+            (is(Exporter::has_flags), self.export_flags.is_some(), "exportFlags", "always holds all flags", &|| {
+                names_of(&Exporter::has_flags)
+            }),
+            (is_array, self.axis_order != AxisOrder::Zyx, "axisOrder", one_order, &arrays),
+            (is_array, self.map.is_some(), "map", one_order, &arrays),
         ];
         let wrong = known.iter().find(|(fits, is_given, ..)| *is_given && !fits);
-        wrong.map_or(Ok(()), |(_, _, option, (why, others))| {
+        wrong.map_or(Ok(()), |(_, _, option, why, others)| {
             let message = format!("{option} is given, and .{format} {why}");
-            Err(Error::new("job-conflict", message, format!("leave it out, or write {others}")))
+            Err(Error::new("job-conflict", message, format!("leave it out, or write {}", others())))
         })
     }
 }

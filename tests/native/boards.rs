@@ -183,7 +183,7 @@ fn job(board: &Board) -> Job {
     };
     set!(Job {
         geometries: board.parts.iter().map(geometry).collect(),
-        graded: Some(GradedJob::new(PerAxis::All(board.max_size)).with_min_size(0.005)),
+        graded: Some(set!(GradedJob { min_size: Some(0.005), ..GradedJob::new(PerAxis::All(board.max_size)) })),
         padding: Some(Padding::Length(PerAxis::All(board.air))),
         unit: Some("mm".into()),
         ..Job::default()

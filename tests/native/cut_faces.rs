@@ -34,7 +34,7 @@ fn faces_are_as_near_to_those_of_clipped_tetrahedra_as_is_said() {
         for lines in grids() {
             let mut known: BTreeMap<(u64, usize), f64> = BTreeMap::new();
             for rays in [2, 8] {
-                let job = FractionsJob::default().with_rays(rays).with_faces(true);
+                let job = set!(FractionsJob { rays, faces: true, ..FractionsJob::default() });
                 let found = measured(std::slice::from_ref(&geometry), &lines, job);
                 let entries: Vec<(Fraction, [f32; 6])> = found.iter().copied().zip(found.faces().copied()).collect();
                 assert_eq!((entries.len(), found.faces().count()), (found.len(), found.len()));
@@ -84,7 +84,11 @@ fn a_wall_in_the_plane_of_faces_holds_those_of_the_cells_above_it() {
     // a centre stands for what is below it by little: so does a face
     let facets = models::cuboid([0.0, 0.25, -9.0], [1.0, 9.0, 9.0]);
     let lines = Lines::new([-1.0, 0.0, 0.0], [1.0; 3], [3, 1, 1]).unwrap();
-    let found = measured(&[Geometry::new("g", 1, facets).unwrap()], &lines, FractionsJob::default().with_faces(true));
+    let found = measured(
+        &[Geometry::new("g", 1, facets).unwrap()],
+        &lines,
+        set!(FractionsJob { faces: true, ..FractionsJob::default() }),
+    );
     let entries: Vec<(u64, u8, [f32; 6])> =
         found.iter().zip(found.faces()).map(|(of, faces)| (of.cell, of.flag, *faces)).collect();
     let [open, solid] = [[1.0, 0.25, 1.0, 0.0, 0.25, 0.25], [0.0, 0.75, 0.0, 1.0, 0.75, 0.75]];
@@ -116,7 +120,7 @@ fn surfaces_in_cells_close_what_their_faces_leave_open() {
         let corners: Vec<[Point; 3]> = facets.iter().map(|facet| facet.map(|corner| corner.map(f64::from))).collect();
         let geometry = Geometry::new(name, 7, facets.clone()).unwrap();
         for lines in grids() {
-            let job = FractionsJob::default().with_surfaces(true);
+            let job = set!(FractionsJob { surfaces: true, ..FractionsJob::default() });
             let found = measured(std::slice::from_ref(&geometry), &lines, job);
             let surfaces: Vec<CutSurface> = found.surfaces().copied().collect();
             assert!(surfaces.is_sorted_by(|one, other| one.cell < other.cell));
@@ -163,7 +167,7 @@ fn the_surface_of_a_plane_is_in_the_plane_and_that_of_a_ball_near_it() {
     let [grid, graded] = grids();
     for lines in [&grid, &graded] {
         let geometry = Geometry::new("g", 1, far.clone()).unwrap();
-        let found = measured(&[geometry], lines, FractionsJob::default().with_surfaces(true));
+        let found = measured(&[geometry], lines, set!(FractionsJob { surfaces: true, ..FractionsJob::default() }));
         let mut n = 0;
         for surface in found.surfaces() {
             let at = place(surface, lines);
@@ -182,7 +186,7 @@ fn the_surface_of_a_plane_is_in_the_plane_and_that_of_a_ball_near_it() {
     }
     let (centre, radius) = ([0.1, -0.2, 0.3], 3.1);
     let geometry = Geometry::new("ball", 1, models::sphere(centre, radius, 64)).unwrap();
-    let found = measured(&[geometry], &grid, FractionsJob::default().with_surfaces(true));
+    let found = measured(&[geometry], &grid, set!(FractionsJob { surfaces: true, ..FractionsJob::default() }));
     for surface in found.surfaces() {
         let from = minus(place(surface, &grid), centre.map(f64::from));
         // half of the diagonal of a cell makes a cap of that height at most, and facets are a little inside
@@ -197,8 +201,11 @@ fn the_surface_of_a_plane_is_in_the_plane_and_that_of_a_ball_near_it() {
 fn a_wall_between_cells_belongs_to_those_below() {
     let facets = models::cuboid([1.0; 3], [2.0; 3]);
     let lines = Lines::new([0.0; 3], [1.0; 3], [3; 3]).unwrap();
-    let found =
-        measured(&[Geometry::new("g", 1, facets).unwrap()], &lines, FractionsJob::default().with_surfaces(true));
+    let found = measured(
+        &[Geometry::new("g", 1, facets).unwrap()],
+        &lines,
+        set!(FractionsJob { surfaces: true, ..FractionsJob::default() }),
+    );
     assert_eq!(found.len(), 0, "no cell is cut");
     let surfaces: Vec<(u64, f32, [f32; 3], [f32; 3])> =
         found.surfaces().map(|of| (of.cell, of.area, of.point, of.normal)).collect();
@@ -225,7 +232,7 @@ fn surfaces_at_the_ends_of_the_box_are_found() {
         let geometry = Geometry::new("cube", 1, models::cuboid([low; 3], [high; 3])).unwrap();
         let side = f64::from(high) - f64::from(low);
         let lines = Lines::new([f64::from(low); 3], [side / f64::from(n); 3], [n; 3]).unwrap();
-        let found = measured(&[geometry], &lines, FractionsJob::default().with_surfaces(true));
+        let found = measured(&[geometry], &lines, set!(FractionsJob { surfaces: true, ..FractionsJob::default() }));
         let area = found.areas.as_ref().expect("areas")[0];
         assert!((area / (6.0 * side * side) - 1.0).abs() < 1e-6, "{low} to {high}: {area}");
         let of_cells: f64 = found.surfaces().map(|surface| f64::from(surface.area)).sum();
@@ -241,7 +248,7 @@ fn normals_point_out_of_bodies_that_are_mirrored_or_turned() {
     let mirrored = models::mapped(&ball, |[x, y, z]| [2.0 * centre[0] - x, y, z]);
     for facets in [ball.clone(), mirrored, models::flipped(ball)] {
         let geometry = Geometry::new("ball", 1, facets).unwrap();
-        let found = measured(&[geometry], &lines, FractionsJob::default().with_surfaces(true));
+        let found = measured(&[geometry], &lines, set!(FractionsJob { surfaces: true, ..FractionsJob::default() }));
         assert!(found.surfaces().count() > 100);
         for surface in found.surfaces() {
             let [low, high] = ends(cell_of(surface.cell, &lines), &lines);

@@ -29,7 +29,8 @@ fn program_of_the_document(mut file: Vec<u8>) -> hexcast::Result<Vec<u8>> {
     use hexcast::mesher::{Mesher, MesherOptions};
     use hexcast::write::{Format, Options, write};
 
-    let job = Job::new(vec![GeometryJob::new("part.stl")]).with_cells(256);
+    let mut job = Job::new(vec![GeometryJob::new("part.stl")]);
+    job.cells = Some(256);
     let (mesh, report) = Mesher::new(MesherOptions::default())?.mesh(&job)?; // or pipeline::mesh, for executors
     let flags = mesh.box_flags(&[0..64, 0..64, 0..1])?; // one byte per cell, x fastest
     write(&mesh, Format::Vti, &Options::default(), &mut file, &Control::default())?;

@@ -176,7 +176,7 @@ fn check_boxes(bodies: &[Body], lines: &Lines, rays: u32, label: &str) -> usize 
         .iter()
         .map(|([low, high], flag)| Geometry::new("box", *flag, models::cuboid(*low, *high)).unwrap())
         .collect();
-    let found = measured_as(&geometries, lines, FractionsJob::default().with_rays(rays).with_faces(true));
+    let found = measured_as(&geometries, lines, set!(FractionsJob { rays, faces: true, ..FractionsJob::default() }));
     let (rows, m, mut n_unmet) = (rows(&found), f64::from(rays), 0);
     let known: BTreeMap<[u32; 3], Known> = cells()
         .map(|cell| {
@@ -280,7 +280,8 @@ fn fractions_of_bodies_at_angles_are_as_near_as_is_said_in_200_jobs() {
         let rays = random.one_of(&[1, 2, 4, 8]);
         let (m, label) = (f64::from(rays), format!("seed {seed}, {rays} rays"));
         let Ok(geometry) = Geometry::new("body", 3, facets.clone()) else { continue };
-        let found = measured_as(&[geometry], &lines, FractionsJob::default().with_rays(rays).with_faces(true));
+        let found =
+            measured_as(&[geometry], &lines, set!(FractionsJob { rays, faces: true, ..FractionsJob::default() }));
         let rows = rows(&found);
         let share = |[low, high]: [Point; 2]| exact(&facets, low, high) / minus(high, low).iter().product::<f64>();
         check_rows(&rows, &|cell| if share(ends(cell, &lines)) > 0.5 { 3 } else { 0 }, &label);

@@ -69,7 +69,7 @@ pub(super) fn exact(facets: &[Facet], low: Point, high: Point) -> f64 {
 }
 
 fn measured(geometries: &[Geometry], lines: &Lines, rays: u32) -> Fractions {
-    measured_as(geometries, lines, FractionsJob::default().with_rays(rays))
+    measured_as(geometries, lines, set!(FractionsJob { rays, ..FractionsJob::default() }))
 }
 
 pub(super) fn measured_as(geometries: &[Geometry], lines: &Lines, job: FractionsJob) -> Fractions {

@@ -32,12 +32,12 @@ fn scene(seed: u64) -> (Job, Vec<Box3>) {
         }
         let mut geometry = GeometryJob::new(format!("{index}.stl"));
         if random.below(3) > 0 {
-            geometry = geometry.with_max_size(part(&mut random, least, 1.5 * most));
+            geometry = set!(GeometryJob { max_size: Some(part(&mut random, least, 1.5 * most)), ..geometry });
         }
         if random.below(3) == 0 {
-            geometry = geometry.with_min_cells(1 + random.below(6) as u32);
+            geometry = set!(GeometryJob { min_cells: Some(1 + random.below(6) as u32), ..geometry });
         }
-        geometries.push(geometry.with_metal(random.below(4) == 0));
+        geometries.push(set!(GeometryJob { metal: random.below(4) == 0, ..geometry }));
         boxes.push(bounds);
     }
     let growth = [None, Some(1.2), Some(2.0), Some(5.0)][random.below(4) as usize];
@@ -46,15 +46,18 @@ fn scene(seed: u64) -> (Job, Vec<Box3>) {
         0 => PerAxis::Each([most, 1.5 * most, most]),
         _ => PerAxis::All(most),
     };
-    let mut job = Job::new(geometries).with_graded(set!(GradedJob {
-        min_size: Some(least),
-        growth,
-        absorbing,
-        ..GradedJob::new(max_size)
-    }));
+    let mut job = set!(Job {
+        graded: Some(set!(GradedJob { min_size: Some(least), growth, absorbing, ..GradedJob::new(max_size) })),
+        ..Job::new(geometries)
+    });
     match random.below(3) {
-        0 => job = job.with_padding(Padding::Length(PerAxis::All(f64::from(random.between(1, 640)) / 64.0))),
-        1 => job = job.with_domain([-8.0, -9.0, -10.0, 8.0, 9.5, 11.0]),
+        0 => {
+            job = set!(Job {
+                padding: Some(Padding::Length(PerAxis::All(f64::from(random.between(1, 640)) / 64.0))),
+                ..job
+            })
+        }
+        1 => job = set!(Job { domain: Some([-8.0, -9.0, -10.0, 8.0, 9.5, 11.0]), ..job }),
         _ => {}
     }
     (job, boxes)
@@ -153,9 +156,12 @@ fn no_cell_is_larger_than_a_geometry_in_it_wants_in_500_jobs() {
 
 #[test]
 fn the_oracle_finds_cells_that_are_too_large_or_too_few() {
-    let graded = GradedJob::new(PerAxis::All(4.0)).with_min_size(0.5).with_growth(2.0);
-    let geometries = vec![GeometryJob::new("0.stl").with_max_size(1.0).with_min_cells(2), GeometryJob::new("1.stl")];
-    let job = Job::new(geometries).with_graded(graded);
+    let graded = set!(GradedJob { min_size: Some(0.5), growth: Some(2.0), ..GradedJob::new(PerAxis::All(4.0)) });
+    let geometries = vec![
+        set!(GeometryJob { max_size: Some(1.0), min_cells: Some(2), ..GeometryJob::new("0.stl") }),
+        GeometryJob::new("1.stl"),
+    ];
+    let job = set!(Job { graded: Some(graded), ..Job::new(geometries) });
     let boxes = [[[2.0; 3], [4.0; 3]], [[0.0; 3], [8.0; 3]]];
     let wrong = |list: &[f64]| broken(&job, &boxes, list, 0);
     assert!(wrong(&[0.0, 2.0, 3.0, 4.0, 6.0, 8.0]).is_empty());

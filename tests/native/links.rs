@@ -217,7 +217,7 @@ fn assert_as_the_oracle(label: &str, case: &Case, job: &LinksJob, inverted: &[bo
 }
 
 fn all_directions() -> LinksJob {
-    LinksJob::default().with_stencil(Stencil::D3Q27)
+    set!(LinksJob { stencil: Stencil::D3Q27, ..LinksJob::default() })
 }
 
 #[test]
@@ -231,7 +231,7 @@ fn links_of_soups_are_those_of_the_oracle() {
         let mut fluid = vec![0];
         fluid.extend(case.geometries.iter().map(|geometry| geometry.flag).filter(|_| random.below(4) == 0));
         let inverted: Vec<bool> = case.geometries.iter().map(|_| random.below(5) == 0).collect();
-        let job = all_directions().with_fluid(fluid);
+        let job = set!(LinksJob { fluid, ..all_directions() });
         let more = assert_as_the_oracle(&format!("seed {seed}"), &case, &job, &inverted);
         n = [0, 1].map(|of| n[of] + more[of]);
     }
@@ -267,7 +267,7 @@ fn links_over_faces_of_cells_that_differ_in_size_are_those_of_the_oracle() {
         if !oracle::is_closed(&case.geometries, &case.lines, case.rule) {
             continue;
         }
-        let job = LinksJob::default().with_stencil(Stencil::D3Q7);
+        let job = set!(LinksJob { stencil: Stencil::D3Q7, ..LinksJob::default() });
         n += assert_as_the_oracle(&format!("seed {seed}"), &case, &job, &vec![false; case.geometries.len()])[0];
     }
     assert!(n > 200, "{n} links");

@@ -124,8 +124,8 @@ fn links_and_fractions_of_windows_are_those_of_the_whole() {
                 list.retain(|_| (index == 0 || index == last || index % 3 != 1, index += 1).0);
             }
         }
-        job.links = Some(LinksJob::default().with_stencil(stencil));
-        job.fractions = Some(FractionsJob::default().with_rays(2).with_faces(true).with_surfaces(true));
+        job.links = Some(set!(LinksJob { stencil, ..LinksJob::default() }));
+        job.fractions = Some(set!(FractionsJob { rays: 2, faces: true, surfaces: true, ..FractionsJob::default() }));
         let found = assert_windows_are_the_whole(&format!("seed {seed}"), &bodies, &job, &mut random);
         n = [n[0] + found.links.len(), n[1] + found.fractions.len(), n[2] + found.surfaces.len()];
     }
@@ -145,7 +145,7 @@ fn links_of_windows_at_surfaces_that_rays_do_not_decide_are_those_of_the_whole_w
         dims: Some([10; 3]),
         domain: Some([0.0, 0.0, 0.0, 10.0, 10.0, 10.0]),
         geometries,
-        links: Some(LinksJob::default().with_stencil(Stencil::D3Q27)),
+        links: Some(set!(LinksJob { stencil: Stencil::D3Q27, ..LinksJob::default() })),
         halo: None,
         ..Job::default()
     });

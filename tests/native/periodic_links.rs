@@ -66,9 +66,11 @@ fn links_through_periodic_sides_are_those_of_a_mesh_of_the_repeated_body() {
         // one layer, too
         let n = [[5, 4, 6], [4, 1, 5], [6, 5, 1], [1, 1, 4]][seed as usize % 4];
         let bodies: Vec<Facets> = (0..2).map(|_| repeated(&body(&mut random, n), n, is_periodic)).collect();
-        let links = LinksJob::default()
-            .with_stencil(stencils[seed as usize / 3 % 4])
-            .with_fluid(vec![[0, 1][seed as usize % 2]]);
+        let links = set!(LinksJob {
+            stencil: stencils[seed as usize / 3 % 4],
+            fluid: vec![[0, 1][seed as usize % 2]],
+            ..LinksJob::default()
+        });
         let geometries = vec![GeometryJob::default(); 2];
         let job = |first: [i64; 3], end: [i64; 3], periodic: Vec<Axis>| {
             let [x, y, z] = [0, 1, 2].map(|axis| lines(first[axis], end[axis]));
@@ -132,7 +134,7 @@ fn a_pipe_of_one_layer_has_all_its_links() {
             .collect()
     };
     let n = |body: Facets, layers: i64, periodic: Vec<Axis>| {
-        let links = Some(LinksJob::default().with_fluid(vec![1]));
+        let links = Some(set!(LinksJob { fluid: vec![1], ..LinksJob::default() }));
         let lines = Some(LinesJob { x: lines(0, 13), y: lines(0, 13), z: lines(0, layers) });
         let job = set!(Job { geometries: vec![GeometryJob::default()], links, lines, periodic, ..Job::default() });
         let (_, facts) = meshed(&[body], &job, 2, &mut Engine::cpu()).unwrap();

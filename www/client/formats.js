@@ -1,60 +1,9 @@
 /** The formats of files, and the options that they are written with. */
+import { FORMATS } from './format_rows.js';
 import { CALL, kindOf, oneOf, optionsOf, wholeNumber, wrongValue, yesOrNo } from './check.js';
 
-/**
- * A format: a file of the mesh that can be compressed and holds every mesh, unless it says otherwise.
- *
- * @param {Partial<import('../hexcast.js').FormatFacts>} [facts]
- * @returns {import('../hexcast.js').FormatFacts}
- */
-const row = (facts) =>
-  Object.freeze({
-    kind: 'cells',
-    type: 'application/octet-stream',
-    compresses: true,
-    ascii: false,
-    unit: false,
-    spacing: 'any',
-    ...facts,
-  });
-const [VTI, VTR] = ['application/vnd.vtk.vti+xml', 'application/vnd.vtk.vtr+xml'];
-const [ZIP, XML] = ['application/zip', 'application/xml'];
-const MEASURED = /** @type {const} */ ({ kind: 'measured' });
-const EXPORT = /** @type {const} */ ({ kind: 'export' });
-const PLAIN = { compresses: false };
-const EQUAL = /** @type {const} */ ({ spacing: 'equal' });
-
 /** Every format, in the order of lists. */
-export const formats = /** @type {typeof import('../hexcast.js').formats} */ (
-  Object.freeze({
-    vti: row({ type: VTI, ...EQUAL }),
-    vtr: row({ type: VTR }),
-    npy: row(PLAIN),
-    npz: row(),
-    raw: row(PLAIN),
-    hxc: row(),
-    zarr: row({ type: ZIP }),
-    'links.npz': row(MEASURED),
-    'links.h5': row({ ...MEASURED, type: 'application/x-hdf5' }),
-    links: row({ ...MEASURED, ...PLAIN }),
-    'staggered.npz': row(MEASURED),
-    'fractions.npz': row(MEASURED),
-    'fractions.vti': row({ ...MEASURED, ...EQUAL, type: VTI }),
-    'fractions.vtr': row({ ...MEASURED, type: VTR }),
-    'fractions.npy': row({ ...MEASURED, ...PLAIN }),
-    'fractions.zarr': row({ ...MEASURED, type: ZIP }),
-    foam: row({ ...EXPORT, type: ZIP, ascii: true, unit: true }),
-    inp: row({ ...EXPORT, ...PLAIN, unit: true }),
-    msh: row({ ...EXPORT, ...PLAIN, ascii: true }),
-    xdmf: row({ ...EXPORT, type: ZIP }),
-    'csx.xml': row({ ...EXPORT, ...PLAIN, type: XML, unit: true }),
-    in: row({ ...EXPORT, ...EQUAL, type: ZIP, unit: true }),
-    'geometry.xml': row({ ...EXPORT, ...EQUAL, ...PLAIN, type: XML, unit: true }),
-    nrrd: row({ ...EXPORT, ...EQUAL }),
-    vox: row({ ...EXPORT, ...EQUAL, ...PLAIN }),
-    binvox: row({ ...EXPORT, ...PLAIN, spacing: 'cubes' }),
-  })
-);
+export const formats = FORMATS;
 const NAMES = /** @type {Format[]} */ (Object.keys(formats));
 /** Options of what stands for a cell. */
 const BYTES = ['bits', 'axisOrder', 'map'];

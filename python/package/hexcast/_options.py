@@ -36,9 +36,9 @@ class GeometryOptions(TypedDict, total=False):
     #: for surfaces that cannot be oriented. ``error``: not at all: an error. ``parity``: by the rays of one axis, up to the last matched
     #: pair of crossings of each.
     open: Literal["winding", "vote", "error", "parity"]
-    #: Which cells along its surface it has as well, if not as the job says. ``centre``: none. ``conservative``: every cell whose box the
-    #: surface touches. ``separating``: the cells that separate the two sides of the surface: no path from face neighbour to face neighbour
-    #: leads through it.
+    #: Which cells along its surface it has as well, if not as the job says. ``centre``: No others. ``conservative``: every cell whose box
+    #: the surface touches. ``separating``: the cells that separate the two sides of the surface: no path from face neighbour to face
+    #: neighbour leads through it.
     fill: Literal["centre", "conservative", "separating"]
     #: Only the cells along its surface, and none for being inside; by default the ``separating`` ones.
     shell: bool
@@ -66,7 +66,7 @@ class GeometryOptions(TypedDict, total=False):
 class JobOptions(TypedDict, total=False):
     """The options of a mesh: the keys of a job file. Lengths are in the unit of the surfaces."""
 
-    #: Two corners of the box, x0 y0 z0 x1 y1 z1; by default the box around all geometries.
+    #: Two corners of the box, x0 y0 z0 x1 y1 z1; by default the box around all geometries. Padding comes on top.
     domain: Sequence[float]
     #: Space added on both sides of every axis, to ``domain`` or to the box around the geometries: whole cells, or a length. Such as
     #: ``{"cells": 4}`` or ``{"length": 0.5}``.
@@ -115,13 +115,13 @@ class JobOptions(TypedDict, total=False):
     #: for surfaces that cannot be oriented. ``error``: not at all: an error. ``parity``: by the rays of one axis, up to the last matched
     #: pair of crossings of each. Default ``winding``.
     open: Literal["winding", "vote", "error", "parity"]
-    #: Which cells geometries have besides those whose centres lie inside; a geometry may say otherwise. ``centre``: none.
+    #: Which cells geometries have besides those whose centres lie inside; a geometry may say otherwise. ``centre``: No others.
     #: ``conservative``: every cell whose box the surface touches. ``separating``: the cells that separate the two sides of the surface: no
     #: path from face neighbour to face neighbour leads through it. Default ``centre``.
     fill: Literal["centre", "conservative", "separating"]
-    #: Whether every solid of every file is a geometry of its own, as ``split`` of a geometry.
+    #: Makes every solid (part, node, item) of every file a geometry of its own.
     split: bool
-    #: Whether every geometry has the cells outside of it, as ``invert`` of a geometry.
+    #: Gives every geometry the cells outside of it in place of those inside, such as the fluid around a body.
     invert: bool
     #: Closes openings narrower than this number of cells along x, y or z, at least 2, and no wider ones: background cells get ``gap_flag``
     #: if fewer than that many in a row lie between flagged cells. Dents and slits as narrow as that are filled, too.
@@ -133,7 +133,7 @@ class JobOptions(TypedDict, total=False):
     certify: bool
     #: Leaves out the checks that are made of every mesh: whether shells have no cell, or another volume than their surface.
     quick: bool
-    #: Walls of fewer cells are thin, at least 1; by default 2.
+    #: With ``certify``: walls of fewer cells are thin, at least 1; by default 2.
     thin_cells: int
     #: Measures the links from cells of a fluid to surfaces. Keys: ``stencil``, ``fluid``. Counted in ``report["links"]``.
     links: Mapping[str, Any]
@@ -152,8 +152,8 @@ class JobOptions(TypedDict, total=False):
     #: Along which axis the rays run; the cells do not depend on it. ``auto``: the axis with most cells; those with less than an eighth
     #: fewer count as equal, and of equals the first is taken. ``x``: along x. ``y``: along y. ``z``: along z. Default ``auto``.
     axis: Literal["auto", "x", "y", "z"]
-    #: Most bytes of memory to take, as a number or as text such as "2GB"; what does not fit is refused before it starts. By default 3/4 of
-    #: what is available.
+    #: Most bytes of memory to take, as a number or as text such as "2GB"; what does not fit is refused before it starts, unless its
+    #: columns may spill to disk. By default 3/4 of what is available.
     max_memory: Union[int, str]
     #: Unit of the files' lengths, such as "mm"; repeated in every output.
     unit: str

@@ -12,9 +12,9 @@ mod options {
     #[cfg(target_os = "linux")]
     pub(crate) mod device_select;
     pub(crate) mod format_arguments;
+    pub(crate) mod given;
     pub(crate) mod job_files;
     pub(crate) mod job_options;
-    pub(crate) mod numbers;
     pub(crate) mod spelling;
 }
 mod files {
@@ -110,6 +110,7 @@ fn main() -> ExitCode {
     let arguments = options::spelling::joined(std::env::args_os());
     let matches = |arguments: &[OsString]| {
         let command = options::spelling::with_negative_numbers(Cli::command());
+        let command = screen::help::with_options_for_keys(command);
         screen::help::with_first_options(command).get_matches_from(arguments)
     };
     let mut given = matches(&arguments);

@@ -22,18 +22,6 @@ pub struct BackgroundJob {
     pub material: Material,
 }
 
-impl BackgroundJob {
-    /// Names the background.
-    pub fn with_name(self, name: impl Into<String>) -> BackgroundJob {
-        BackgroundJob { name: Some(name.into()), ..self }
-    }
-
-    /// Says what it is made of.
-    pub fn with_material(self, material: Material) -> BackgroundJob {
-        BackgroundJob { material, ..self }
-    }
-}
-
 impl FromStr for BackgroundJob {
     type Err = Error;
 

@@ -25,20 +25,3 @@ impl Default for FractionsJob {
         FractionsJob { rays: DEFAULT_RAYS, faces: false, surfaces: false }
     }
 }
-
-impl FractionsJob {
-    /// Casts m x m rays through a cell.
-    pub fn with_rays(self, rays: u32) -> FractionsJob {
-        FractionsJob { rays, ..self }
-    }
-
-    /// Measures faces, too.
-    pub fn with_faces(self, faces: bool) -> FractionsJob {
-        FractionsJob { faces, ..self }
-    }
-
-    /// Measures surfaces within cells, too.
-    pub fn with_surfaces(self, surfaces: bool) -> FractionsJob {
-        FractionsJob { surfaces, ..self }
-    }
-}

@@ -7,8 +7,10 @@ use super::{ByteSize, Job, Several, SliceJob, ViewJob};
 use crate::base::error::{Error, Result};
 
 mod json;
+mod names;
 
 use json::of_keys;
+use names::names;
 
 /// What `hexcast mesh` does with a mesh: the keys of a job file that are no part of the job. Each is the option of that name.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -100,6 +102,20 @@ pub struct RunJob {
     /// Prints more.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub verbose: bool,
+}
+
+impl RunJob {
+    /// The names of all keys.
+    #[doc(hidden)]
+    pub fn keys() -> &'static [&'static str] {
+        names::<RunJob>()
+    }
+
+    /// The value of a key as JSON; null where it has none.
+    #[doc(hidden)]
+    pub fn value(&self, key: &str) -> serde_json::Value {
+        serde_json::to_value(self).map_or_else(|_| serde_json::Value::Null, |mut keys| keys[key].take())
+    }
 }
 
 /// A name, or several.
@@ -209,51 +225,19 @@ impl JobFile {
     }
 }
 
-/// The keys of [`RunJob`].
-pub const RUN_KEYS: &[&str] = &[
-    "output",
-    "format",
-    "report",
-    "doubt",
-    "compress",
-    "bits",
-    "links_output",
-    "fractions_output",
-    "staggered_output",
-    "slice",
-    "view",
-    "axis_order",
-    "map",
-    "export_flags",
-    "patches",
-    "open_patches",
-    "ascii",
-    "hash",
-    "spill",
-    "resume",
-    "adapter",
-    "max_device_memory",
-    "threads",
-    "flags_in_memory",
-    "strict",
-    "json",
-    "quiet",
-    "verbose",
-];
-
 /// The error of a key that there is not names those of runs, too.
 fn with_run_keys(error: Error) -> Error {
     let message = error.to_string();
     if !message.contains("; keys are `geometries`") {
         return error;
     }
-    let keys: Vec<String> = RUN_KEYS.iter().map(|key| format!("`{key}`")).collect();
+    let keys: Vec<String> = RunJob::keys().iter().map(|key| format!("`{key}`")).collect();
     let keys = keys.join(", ");
     Error::new(error.code(), format!("{message}, {keys}"), error.hint())
 }
 
 fn is_of_run(key: &str) -> bool {
-    RUN_KEYS.contains(&key)
+    RunJob::keys().contains(&key)
 }
 
 #[cfg(test)]

@@ -69,21 +69,6 @@ impl GradedJob {
         GradedJob { max_size, min_size: None, growth: None, absorbing: None }
     }
 
-    /// Limits the size of a cell from below.
-    pub fn with_min_size(self, min_size: f64) -> GradedJob {
-        GradedJob { min_size: Some(min_size), ..self }
-    }
-
-    /// Limits the ratio of neighbouring cells.
-    pub fn with_growth(self, growth: f64) -> GradedJob {
-        GradedJob { growth: Some(growth), ..self }
-    }
-
-    /// Adds cells on both sides of every axis.
-    pub fn with_absorbing(self, absorbing: PerAxis<u32>) -> GradedJob {
-        GradedJob { absorbing: Some(absorbing), ..self }
-    }
-
     /// The smallest size on an axis.
     pub(crate) fn smallest(&self, axis: usize) -> f64 {
         self.min_size.unwrap_or(self.max_size.each()[axis] * DEFAULT_SMALLEST)

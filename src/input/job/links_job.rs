@@ -72,15 +72,3 @@ impl Default for LinksJob {
         LinksJob { stencil: Stencil::default(), fluid: vec![0] }
     }
 }
-
-impl LinksJob {
-    /// Chooses the directions.
-    pub fn with_stencil(self, stencil: Stencil) -> LinksJob {
-        LinksJob { stencil, ..self }
-    }
-
-    /// Says which flags are fluid.
-    pub fn with_fluid(self, fluid: Vec<u8>) -> LinksJob {
-        LinksJob { fluid, ..self }
-    }
-}

@@ -30,6 +30,8 @@ pub(super) struct Format {
     pub(super) longest_name: Option<usize>,
     /// The program whose lengths have a unit of its own, and that unit.
     pub(super) unit: Option<(&'static str, &'static str)>,
+    /// The axis across which whole planes of flags are held; None where it holds the file, or little.
+    pub(super) held_planes: Option<usize>,
     /// The files of an output, by the last part of its path.
     pub(super) file_names: fn(&str) -> Vec<String>,
     /// Refuses cells that the format cannot hold.
@@ -61,6 +63,7 @@ impl Format {
             has_plates: false,
             longest_name: None,
             unit: None,
+            held_planes: Some(2),
             file_names: |name| vec![name.to_string()],
             check_lines: |_| Ok(()),
             check_flags: |_| Ok(()),

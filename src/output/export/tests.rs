@@ -8,6 +8,7 @@ use super::*;
 use crate::base::error::Error;
 use crate::derived::mesh::tests::{pattern, pattern_flag, pattern_flags};
 
+mod facts;
 mod fields;
 mod solids;
 

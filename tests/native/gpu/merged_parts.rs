@@ -42,10 +42,16 @@ fn reports_of_random_parts_merge_to_those_of_the_whole_on_both_backends() {
     for round in 0..60 {
         let bodies: Vec<Vec<Facet>> = (0..1 + random.below(4)).map(|_| body(&mut random, round)).collect();
         let dims = [0; 3].map(|_: i32| 2 + random.below(13) as u32);
-        let mut job = Job::default().with_dims(dims).with_domain([0.0, 0.0, 0.0, 8.0, 8.0, 8.0]).with_certify(true);
+        let mut job = set!(Job {
+            dims: Some(dims),
+            domain: Some([0.0, 0.0, 0.0, 8.0, 8.0, 8.0]),
+            certify: true,
+            ..Job::default()
+        });
         job.rule = [Rule::Parity, Rule::Parity, Rule::Nonzero][(round % 3) as usize];
         job.thin_cells = [None, Some(4)][(round % 2) as usize];
-        let geometry = |random: &mut Random| GeometryJob::default().with_priority(random.below(3) as i32 - 1);
+        let geometry =
+            |random: &mut Random| set!(GeometryJob { priority: random.below(3) as i32 - 1, ..GeometryJob::default() });
         job.geometries = bodies.iter().map(|_| geometry(&mut random)).collect();
         let of = dims.map(|n| 1 + random.below(u64::from(n.min(4))) as u32);
         let axis = random.below(3) as usize;
@@ -55,8 +61,9 @@ fn reports_of_random_parts_merge_to_those_of_the_whole_on_both_backends() {
             serde_json::from_str(&Report::new(facts, CallerFacts::default()).to_json()).expect("it is JSON")
         };
         let mut expected: Value = report(&job);
-        let parts: Vec<Value> =
-            (1..=of.iter().product()).map(|index| report(&job.clone().with_part(PartJob::new(index, of)))).collect();
+        let parts: Vec<Value> = (1..=of.iter().product())
+            .map(|index| report(&set!(Job { part: Some(PartJob::new(index, of)), ..job.clone() })))
+            .collect();
         let mut merged = merge(&parts).expect("they are parts of one mesh");
         lasting(&mut merged);
         lasting(&mut expected);

@@ -43,7 +43,7 @@ fn sources() -> Vec<Source> {
 }
 
 fn job(flags: [u8; 2]) -> Job {
-    Job::new(flags.map(|flag| GeometryJob::new("part").with_flag(flag)).to_vec())
+    Job::new(flags.map(|flag| set!(GeometryJob { flag: Some(flag), ..GeometryJob::new("part") })).to_vec())
 }
 
 /// The mesh of the CPU, and that of a device.
@@ -83,12 +83,12 @@ fn runs_and_flags_in_the_callers_buffers_are_those_of_the_cpu() {
     // of other geometries with the same flag runs are joined
     let own = own_device(|_| Limits::default());
     for (axis, flags) in [(AxisChoice::X, [7, 200]), (AxisChoice::Y, [7, 7]), (AxisChoice::Z, [7, 200])] {
-        let (mesh, found) = both(&own, &job(flags).with_dims([41, 53, 37]).with_axis(axis));
+        let (mesh, found) = both(&own, &set!(Job { dims: Some([41, 53, 37]), axis, ..job(flags) }));
         assert_is(&own, &mesh, &found, true);
     }
-    let window = job([1, 2]).with_dims([41, 53, 37]).with_window([3, 5, 7, 30, 50, 31]);
-    let graded = job([1, 2]).with_graded(GradedJob::new(PerAxis::All(0.25)));
-    for job in [window, graded, job([1, 2]).with_cells(60).with_part(PartJob::new(2, [1, 2, 1]))] {
+    let window = set!(Job { dims: Some([41, 53, 37]), window: Some([3, 5, 7, 30, 50, 31]), ..job([1, 2]) });
+    let graded = set!(Job { graded: Some(GradedJob::new(PerAxis::All(0.25))), ..job([1, 2]) });
+    for job in [window, graded, set!(Job { cells: Some(60), part: Some(PartJob::new(2, [1, 2, 1])), ..job([1, 2]) })] {
         let (mesh, found) = both(&own, &job);
         assert_is(&own, &mesh, &found, true);
     }
@@ -97,11 +97,11 @@ fn runs_and_flags_in_the_callers_buffers_are_those_of_the_cpu() {
 #[test]
 fn a_mesh_of_many_bands_and_large_buffers_is_whole() {
     let own = own_device(device_limits);
-    let (mesh, found) = both(&own, &job([1, 2]).with_cells(400));
+    let (mesh, found) = both(&own, &set!(Job { cells: Some(400), ..job([1, 2]) }));
     assert_is(&own, &mesh, &found, true);
     // as small as they may be: many bands
     let options = MeshOptions::default().with_max_device_bytes(Some(4 << 20));
-    let job = job([1, 2]).with_cells(400);
+    let job = set!(Job { cells: Some(400), ..job([1, 2]) });
     let few = mesher(&own).mesh_sources_on_device(&job, sources(), &options, &Control::default()).expect("a mesh");
     assert_is(&own, &mesh, &few, true);
 }
@@ -110,7 +110,7 @@ fn a_mesh_of_many_bands_and_large_buffers_is_whole() {
 fn a_mesh_for_the_host_is_uploaded_to_the_same_buffers() {
     let own = own_device(|_| Limits::default());
     let mut cpu = Mesher::with_engine(Engine::cpu());
-    let job = job([7, 200]).with_dims([41, 53, 37]).with_close_gaps(2);
+    let job = set!(Job { dims: Some([41, 53, 37]), close_gaps: Some(2), ..job([7, 200]) });
     let (mesh, _) = cpu.mesh_sources(&job, sources(), &MeshOptions::default(), &Control::default()).expect("a mesh");
     let expander = Expander::new(&own.0, &own.1);
     assert_is(&own, &mesh, &pollster::block_on(expander.upload(&mesh)).expect("it fits"), false);
@@ -121,7 +121,7 @@ fn a_mesh_for_the_host_is_uploaded_to_the_same_buffers() {
 #[test]
 fn the_usual_mesh_on_the_callers_device_is_that_of_the_cpu() {
     let own = own_device(|_| Limits::default());
-    let job = job([7, 200]).with_dims([41, 53, 37]);
+    let job = set!(Job { dims: Some([41, 53, 37]), ..job([7, 200]) });
     let (options, control) = (MeshOptions::default(), Control::default());
     let (found, report) = mesher(&own).mesh_sources(&job, sources(), &options, &control).expect("a mesh");
     assert_eq!(report.mesh.backend, "gpu");
@@ -142,7 +142,7 @@ fn executors_may_move_a_mesh_on_a_device_between_their_threads() {
     let (device, queue) = own_device(|_| Limits::default());
     let gpu = pollster::block_on(is_send(Gpu::from_device(device, queue))).expect("the device suffices");
     let (engine, options, control) = (Engine::with_gpu(gpu), MeshOptions::default(), Control::default());
-    let job = job([1, 2]).with_dims([20, 20, 20]);
+    let job = set!(Job { dims: Some([20, 20, 20]), ..job([1, 2]) });
     let future = is_send(hexcast::pipeline::mesh_on_device(&job, sources(), &options, &engine, &control));
     assert!(pollster::block_on(future).expect("a mesh").n_runs() > 0);
 }
@@ -150,11 +150,14 @@ fn executors_may_move_a_mesh_on_a_device_between_their_threads() {
 #[test]
 fn what_the_host_makes_of_the_cells_is_refused_with_what_to_do() {
     let own = own_device(|_| Limits::default());
-    let job = job([7, 200]).with_dims([20, 20, 20]);
-    let of_part = job.clone().with_window([0, 0, 0, 9, 9, 9]).with_halo(1).with_halo_edge(HaloEdge::Clamp);
-    for (name, job) in
-        [("close_gaps", job.clone().with_close_gaps(2)), ("halo", of_part), ("certify", job.clone().with_certify(true))]
-    {
+    let job = set!(Job { dims: Some([20, 20, 20]), ..job([7, 200]) });
+    let of_part =
+        set!(Job { window: Some([0, 0, 0, 9, 9, 9]), halo: Some(1), halo_edge: Some(HaloEdge::Clamp), ..job.clone() });
+    for (name, job) in [
+        ("close_gaps", set!(Job { close_gaps: Some(2), ..job.clone() })),
+        ("halo", of_part),
+        ("certify", set!(Job { certify: true, ..job.clone() })),
+    ] {
         let error = refused(&own, &job);
         assert_eq!(error.code(), "job-conflict");
         assert!(error.to_string().starts_with(&format!("{name} ")) && error.hint().contains("Gpu::upload"), "{error}");
@@ -162,7 +165,10 @@ fn what_the_host_makes_of_the_cells_is_refused_with_what_to_do() {
     let mut facets = models::sphere([0.0; 3], 1.0, 16);
     facets.truncate(facets.len() - 40);
     let open = vec![Source::from_facets("bowl", facets).expect("facets")];
-    let job = Job::new(vec![GeometryJob::new("bowl").with_open(Open::Winding)]).with_dims([20; 3]);
+    let job = set!(Job {
+        dims: Some([20; 3]),
+        ..Job::new(vec![set!(GeometryJob { open: Some(Open::Winding), ..GeometryJob::new("bowl") })])
+    });
     let error = mesher(&own).mesh_sources_on_device(&job, open, &MeshOptions::default(), &Control::default());
     assert_eq!(error.expect_err("it is open").code(), "job-conflict");
     let error = Mesher::with_engine(Engine::cpu())
@@ -189,26 +195,28 @@ fn runs_that_no_buffer_of_the_device_holds_are_an_error() {
     let limits = Limits { max_buffer_size: 1 << 20, max_storage_buffer_binding_size: 1 << 20, ..Limits::default() };
     let own = own_device(|_| limits.clone());
     // 512 x 512 rays: more offsets than fit
-    let error = refused(&own, &job([1, 2]).with_dims([512, 512, 16]).with_axis(AxisChoice::Z));
+    let error = refused(&own, &set!(Job { dims: Some([512, 512, 16]), axis: AxisChoice::Z, ..job([1, 2]) }));
     assert_eq!(error.code(), "memory");
     let expected =
         "the offsets of 262144 rays take 1048580 bytes; a buffer that a kernel of this device sees has at most 1048576";
     assert_eq!(error.to_string(), expected);
     // the offsets fit, and of the runs not all
-    let error = refused(&own, &job([1, 2]).with_dims([500, 500, 400]).with_axis(AxisChoice::Z));
+    let error = refused(&own, &set!(Job { dims: Some([500, 500, 400]), axis: AxisChoice::Z, ..job([1, 2]) }));
     assert!(error.code() == "memory" && error.to_string().contains("runs, and maybe more,"), "{error}");
     // but less does
-    let (mesh, found) = both(&own, &job([1, 2]).with_dims([100, 100, 100]));
+    let (mesh, found) = both(&own, &set!(Job { dims: Some([100, 100, 100]), ..job([1, 2]) }));
     assert!(
         words(&own, found.runs())[..found.n_runs() as usize] == mesh.box_runs(&[0..100, 0..100, 0..100]).unwrap().runs
     );
-    let error = pollster::block_on(both(&own, &job([1, 2]).with_dims([160, 160, 100])).1.flags_buffer(Cells::Bytes));
+    let error = pollster::block_on(
+        both(&own, &set!(Job { dims: Some([160, 160, 100]), ..job([1, 2]) })).1.flags_buffer(Cells::Bytes),
+    );
     assert_eq!(error.expect_err("the flags do not fit").code(), "memory");
 }
 
 #[test]
 fn a_lost_device_is_an_error_wherever_it_is_lost() {
-    let job = job([1, 2]).with_cells(300);
+    let job = set!(Job { cells: Some(300), ..job([1, 2]) });
     for rays_before in [0, 1, 10_000] {
         let own = own_device(|_| Limits::default());
         let mut mesher = mesher(&own);
@@ -257,7 +265,7 @@ fn errors_of_the_caller_are_told_to_the_caller_and_those_of_hexcast_to_hexcast()
         })
     };
     let mut mesher = mesher(&own);
-    let job = job([1, 2]).with_dims([41, 53, 37]);
+    let job = set!(Job { dims: Some([41, 53, 37]), ..job([1, 2]) });
     drop(wrong(&own.0));
     assert_eq!(n_heard.load(Ordering::Relaxed), 1);
     let found = mesher.mesh_sources_on_device(&job, sources(), &MeshOptions::default(), &Control::default());

@@ -224,7 +224,7 @@ fn cells_of_another_fill_window_or_gap_are_found() {
 
 #[test]
 fn lines_that_do_not_keep_what_is_promised_are_found() {
-    let graded = GradedJob::new(PerAxis::All(0.8)).with_min_size(0.05).with_growth(1.4);
+    let graded = set!(GradedJob { min_size: Some(0.05), growth: Some(1.4), ..GradedJob::new(PerAxis::All(0.8)) });
     let (dims, domain, three) = (None, None, set!(GeometryJob { min_cells: Some(3), ..GeometryJob::default() }));
     let meshed = Meshed::new(
         &[models::cube([0.0; 3], 8.0), models::cuboid([3.0; 3], [3.3, 5.0, 7.0])],
@@ -233,9 +233,9 @@ fn lines_that_do_not_keep_what_is_promised_are_found() {
     assert!(!meshed.is_right("graded lines").contains("generates"));
     let others = [
         ("is 0.", set!(GradedJob { max_size: PerAxis::All(0.5), ..graded })),
-        ("not 0.2 to", graded.with_min_size(0.2)),
-        ("are neighbours, with a growth of 1.2", graded.with_growth(1.2)),
-        ("with 1 cells beyond", graded.with_absorbing(PerAxis::All(1))),
+        ("not 0.2 to", set!(GradedJob { min_size: Some(0.2), ..graded })),
+        ("are neighbours, with a growth of 1.2", set!(GradedJob { growth: Some(1.2), ..graded })),
+        ("with 1 cells beyond", set!(GradedJob { absorbing: Some(PerAxis::All(1)), ..graded })),
     ];
     for (words, other) in others {
         meshed.write_job(&set!(Job { graded: Some(other), ..meshed.job.clone() }));

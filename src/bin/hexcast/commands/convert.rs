@@ -16,10 +16,7 @@ use crate::files::{
     reading::{check_columns, open_columns},
     standard_streams,
 };
-use crate::options::{
-    arguments::default_max_memory,
-    numbers::{list, per_axis},
-};
+use crate::options::arguments::{default_max_memory, list, per_axis};
 use crate::screen::{progress::Progress, summary::Table, terminal};
 
 const EXAMPLES: &str = "\

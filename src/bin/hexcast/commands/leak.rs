@@ -19,9 +19,8 @@ use crate::files::{
     reading::{check_columns, open_columns, read_job_files},
 };
 use crate::options::{
-    arguments::default_max_memory,
+    arguments::{default_max_memory, list, number},
     job_files::read_job,
-    numbers::{list, number},
 };
 use crate::screen::{
     progress::Progress,

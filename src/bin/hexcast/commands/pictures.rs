@@ -13,10 +13,7 @@ use crate::files::{
     reading::{check_columns, open_columns},
     standard_streams::is_standard,
 };
-use crate::options::{
-    arguments::default_max_memory,
-    numbers::{list, number},
-};
+use crate::options::arguments::{default_max_memory, list, number};
 use crate::screen::summary::Table;
 
 const SLICE_EXAMPLES: &str = "\

@@ -117,7 +117,8 @@ fn by_checksums(store: &Arc<dyn Store>, stored: &Stored, token: &CancelToken) ->
 /// Meshes the job, or a part of it, and compares what would be written.
 fn by_job(arguments: &Arguments, store: &Arc<dyn Store>, stored: &Stored, token: &CancelToken) -> Result<Found> {
     let (zarr, compress) = stored.options();
-    let job = arguments.job.job()?.with_zarr(zarr);
+    let mut job = arguments.job.job()?;
+    job.zarr = Some(zarr);
     if job.window.is_some() || job.halo.is_some() {
         let message = "the job has a window or a halo, and a store is made of parts";
         return Err(Error::new("job-conflict", message, "remove them, or give --part K/N"));

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use hexcast::control::Control;
 use hexcast::export::write_links_hdf5;
-use hexcast::job::{Axis, Job, LinksJob, RunJob, Stencil, ZarrJob};
+use hexcast::job::{Axis, Job, RunJob, Stencil, ZarrJob};
 use hexcast::links::Links;
 use hexcast::mesh::Mesh;
 use hexcast::pipeline::Prepared;
@@ -21,7 +21,11 @@ use crate::files::{
     place_of_store::is_s3,
     zarr_folder::ZarrFolder,
 };
-use crate::options::{arguments::choice, format_arguments::FormatArguments, job_options::as_text, numbers::number};
+use crate::options::{
+    arguments::{choice, number},
+    format_arguments::FormatArguments,
+    job_options::as_text,
+};
 
 /// What is measured, and where it goes.
 #[derive(clap::Args)]
@@ -144,17 +148,16 @@ impl MeasuredArguments {
     /// Asks in a job for what shall be written; what the job asks for alone is counted in the report.
     pub(crate) fn ask(&self, job: &mut Job) -> Result<()> {
         if self.links.is_some() {
-            let links: LinksJob = job.links.take().unwrap_or_default();
-            let stencil = self.stencil.unwrap_or(links.stencil);
-            let fluid = self.fluid.clone().unwrap_or_else(|| links.fluid.clone());
-            job.links = Some(links.with_stencil(stencil).with_fluid(fluid));
+            let links = job.links.get_or_insert_default();
+            links.stencil = self.stencil.unwrap_or(links.stencil);
+            links.fluid = self.fluid.clone().unwrap_or(std::mem::take(&mut links.fluid));
         }
         job.periodic = self.periodic.clone().unwrap_or_else(|| std::mem::take(&mut job.periodic));
         if self.fractions.is_some() {
-            let fractions = job.fractions.unwrap_or_default();
-            let fractions = fractions.with_rays(self.fraction_rays.unwrap_or(fractions.rays));
-            let fractions = fractions.with_faces(fractions.faces || self.fraction_faces);
-            job.fractions = Some(fractions.with_surfaces(fractions.surfaces || self.fraction_surfaces));
+            let fractions = job.fractions.get_or_insert_default();
+            fractions.rays = self.fraction_rays.unwrap_or(fractions.rays);
+            fractions.faces |= self.fraction_faces;
+            fractions.surfaces |= self.fraction_surfaces;
         }
         job.staggered |= self.staggered.is_some();
         job.conductors = self.conductors.clone().unwrap_or_else(|| std::mem::take(&mut job.conductors));

@@ -3,18 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use hexcast::job::{
-    AxisChoice, BackendChoice, BackgroundJob, ByteSize, Fill, GeometryJob, GradedJob, HaloEdge, Job, Open, Padding,
-    PartJob, PerAxis, Rule, RunJob, ZarrJob,
-};
+pub(crate) use hexcast::job::arguments::{at_least_one, list, number, per_axis};
+use hexcast::job::{BackendChoice, ByteSize, GeometryJob, GradedJob, Job, Padding, PerAxis, RunJob, ZarrJob};
 use hexcast::{Error, Result};
 use serde::de::DeserializeOwned;
 
 use crate::files::{ledger, standard_streams};
-pub(crate) use crate::options::numbers::{at_least_one, number};
 use crate::options::{
+    given::Given,
     job_files::{read_job, read_lines},
-    numbers::{list, per_axis},
     spelling::input_name,
 };
 
@@ -30,57 +27,49 @@ pub(crate) struct JobArguments {
     /// here override its keys. `hexcast job example` prints one
     #[arg(long, value_name = "JOB.toml|JOB.json")]
     pub(crate) job: Option<PathBuf>,
+    #[command(flatten)]
+    keys: Given<Job>,
+    #[command(flatten)]
+    inner: InnerArguments,
 
-    /// Cubic cells, N along the longest axis [default: 128]
-    #[arg(long, value_name = "N", group = "way", value_parser = number::<u32>, help_heading = "Cells and domain")]
-    cells: Option<u32>,
-    /// Number of cells on each axis
-    #[arg(long, value_name = "NX,NY,NZ", group = "way", value_parser = list::<u32, 3>, help_heading = "Cells and domain")]
-    dims: Option<[u32; 3]>,
-    /// Cell size, one for all axes or three
-    #[arg(long, value_name = "S|SX,SY,SZ", group = "way", value_parser = per_axis::<f64>, help_heading = "Cells and domain")]
-    cell_size: Option<PerAxis<f64>>,
-    /// On each axis the largest size, at most S, that puts every end of every geometry's box on a mesh line
-    #[arg(long, value_name = "S", group = "way", value_parser = number::<f64>, help_heading = "Cells and domain")]
-    max_cell_size: Option<f64>,
-    /// Largest distance, in cells, of an end point from its line with --max-cell-size: 0 to 0.5 [default: 0.05]
-    #[arg(long, value_name = "CELLS", value_parser = number::<f64>, help_heading = "Cells and domain")]
-    tolerance: Option<f64>,
+    /// Part of the name of the GPU to use, see `hexcast adapters`
+    #[arg(long, value_name = "NAME", help_heading = "Method")]
+    pub(crate) adapter: Option<String>,
+    /// Number of threads [default: one per core]
+    #[arg(long, value_name = "N", value_parser = threads, help_heading = "Method")]
+    threads: Option<u16>,
+    /// Most GPU memory to use, at least 1MiB; with less, the mesh is made in smaller bands. If the GPU uses the host's
+    /// memory, it counts against --max-memory, too [default: what the GPU has]
+    #[arg(long, value_name = "SIZE", help_heading = "Memory")]
+    pub(crate) max_device_memory: Option<ByteSize>,
+}
+
+/// Options that are a part of a key of the job.
+#[derive(clap::Args)]
+#[command(next_help_heading = "Cells and domain")]
+struct InnerArguments {
     /// Take the lines of each axis from a file: JSON, {"x": [0, 0.5, 2], "y": [...], "z": [...]}; cells may differ in size
-    #[arg(long, value_name = "FILE", group = "way", conflicts_with_all = ["domain", "padding"], help_heading = "Cells and domain")]
+    #[arg(long, value_name = "FILE", group = "way", conflicts_with_all = ["domain", "padding"])]
     lines: Option<PathBuf>,
     /// Generate lines: cells of at most this size, on all axes or each, smaller where geometries are, with a line on every end of every
     /// geometry's box
-    #[arg(long, value_name = "S|SX,SY,SZ", group = "way", value_parser = per_axis::<f64>, help_heading = "Cells and domain")]
+    #[arg(long, value_name = "S|SX,SY,SZ", group = "way", value_parser = per_axis::<f64>)]
     graded: Option<PerAxis<f64>>,
     /// Smallest cell of --graded [default: a thousandth of the largest]
-    #[arg(long, value_name = "S", value_parser = number::<f64>, help_heading = "Cells and domain")]
+    #[arg(long, value_name = "S", value_parser = number::<f64>)]
     min_size: Option<f64>,
     /// Largest ratio of neighbouring cells of --graded [default: 1.3]
-    #[arg(long, value_name = "RATIO", value_parser = number::<f64>, help_heading = "Cells and domain")]
+    #[arg(long, value_name = "RATIO", value_parser = number::<f64>)]
     growth: Option<f64>,
     /// Cells that --graded adds at both ends of each axis, as large as the last cell there, for absorbing layers
-    #[arg(long, value_name = "N|NX,NY,NZ", value_parser = per_axis::<u32>, help_heading = "Cells and domain")]
+    #[arg(long, value_name = "N|NX,NY,NZ", value_parser = per_axis::<u32>)]
     absorbing: Option<PerAxis<u32>>,
-    /// Most cells, such as 2e12; a mesh of more is refused before it starts [default: 1e12]
-    #[arg(long, value_name = "N", value_parser = at_least_one::<u64>, help_heading = "Cells and domain")]
-    max_cells: Option<u64>,
-    /// Two corners of the box [default: the box around all geometries]; padding comes on top
-    #[arg(long, value_name = "X0,Y0,Z0,X1,Y1,Z1", value_parser = list::<f64, 6>, allow_hyphen_values = true,
-          help_heading = "Cells and domain")]
-    domain: Option<[f64; 6]>,
-    /// Mesh only some cells of the box: the first on each axis, and the end, exclusive. They get the flags that they have in the whole mesh
-    #[arg(long, value_name = "I0,J0,K0,I1,J1,K1", value_parser = list::<u32, 6>, help_heading = "Cells and domain")]
-    window: Option<[u32; 6]>,
-    /// Mesh only part K, from 1 to N, of N slabs across z that take about the same time, or of NX x NY x NZ boxes; `hexcast parts` lists them
-    #[arg(long, value_name = "K/N|K/NXxNYxNZ", conflicts_with = "window", help_heading = "Cells and domain")]
-    pub(crate) part: Option<PartJob>,
-    /// Cells around --window or --part that are also meshed, on both sides of each axis
-    #[arg(long, value_name = "N", value_parser = number::<u32>, help_heading = "Cells and domain")]
-    halo: Option<u32>,
-    /// Flags of halo cells beyond the box: background, or the flag of the nearest cell of the box [default: background]
-    #[arg(long, value_parser = choice::<HaloEdge>(&["background", "clamp"]), help_heading = "Cells and domain")]
-    halo_edge: Option<HaloEdge>,
+    /// Cells added on both sides of each axis, also to --domain
+    #[arg(long, value_name = "N|NX,NY,NZ", group = "padding", value_parser = per_axis::<u32>)]
+    padding_cells: Option<PerAxis<u32>>,
+    /// Length added on both sides of each axis, also to --domain
+    #[arg(long, value_name = "L|LX,LY,LZ", group = "padding", value_parser = per_axis::<f64>)]
+    padding_length: Option<PerAxis<f64>>,
     /// Cells of a chunk of a Zarr store; each chunk is compressed by itself [default: about 256 KiB]
     #[arg(long, value_name = "NX,NY,NZ", value_parser = list::<u32, 3>, help_heading = "Output")]
     zarr_chunks: Option<[u32; 3]>,
@@ -88,76 +77,6 @@ pub(crate) struct JobArguments {
     /// [default: 4 MiB to 64 MiB, by the size of the mesh]
     #[arg(long, value_name = "NX,NY,NZ|SIZE", value_parser = shards, help_heading = "Output")]
     zarr_shards: Option<Shards>,
-    /// Cells added on both sides of each axis, also to --domain
-    #[arg(long, value_name = "N|NX,NY,NZ", group = "padding", value_parser = per_axis::<u32>,
-          help_heading = "Cells and domain")]
-    padding_cells: Option<PerAxis<u32>>,
-    /// Length added on both sides of each axis, also to --domain
-    #[arg(long, value_name = "L|LX,LY,LZ", group = "padding", value_parser = per_axis::<f64>,
-          help_heading = "Cells and domain")]
-    padding_length: Option<PerAxis<f64>>,
-
-    /// What is inside: an odd number of crossings, or a winding number that is not zero [default: parity]
-    #[arg(long, value_parser = choice::<Rule>(&["parity", "nonzero"]), help_heading = "Method")]
-    rule: Option<Rule>,
-    /// What decides cells where a surface is not closed: the winding number, a vote of the rays of three axes, nothing (an error), or
-    /// the rays of one axis as they are [default: winding]
-    #[arg(long, value_parser = choice::<Open>(&["winding", "vote", "error", "parity"]), help_heading = "Method")]
-    open: Option<Open>,
-    /// Which cells a geometry has: those whose centres lie inside; also every cell that the surface touches; or also the cells that
-    /// separate the two sides of the surface [default: centre]
-    #[arg(long, value_parser = choice::<Fill>(&["centre", "conservative", "separating"]), help_heading = "Method")]
-    fill: Option<Fill>,
-    /// Close openings narrower than K cells along x, y or z, at least 2, and no wider ones
-    #[arg(long, value_name = "K", value_parser = number::<u32>, help_heading = "Method")]
-    close_gaps: Option<u32>,
-    /// Flag of the cells that --close-gaps adds [default: one more than the greatest]
-    #[arg(long, value_name = "F", value_parser = at_least_one::<u8>, help_heading = "Method")]
-    gap_flag: Option<u8>,
-    /// Look for thin walls and for cells that two geometries claim; takes several times as long as a mesh on the CPU
-    #[arg(long, help_heading = "Method")]
-    certify: bool,
-    /// Leave out the checks that are made of every mesh: whether parts of geometries have no cell, or another volume than their surface
-    #[arg(long, help_heading = "Method")]
-    quick: bool,
-    /// Walls of fewer cells than this are thin, for --certify [default: 2]
-    #[arg(long, value_name = "K", requires = "certify", value_parser = number::<u32>, help_heading = "Method")]
-    thin_cells: Option<u32>,
-    /// What meshes: the GPU or the CPU; auto takes the GPU if there is one [default: auto]
-    #[arg(long, value_parser = choice::<BackendChoice>(&["auto", "gpu", "cpu"]), help_heading = "Method")]
-    backend: Option<BackendChoice>,
-    /// Part of the name of the GPU to use, see `hexcast adapters`
-    #[arg(long, value_name = "NAME", help_heading = "Method")]
-    pub(crate) adapter: Option<String>,
-    /// Axis of the rays; the result does not depend on it [default: auto, the longest axis, or
-    /// the first of those nearly as long]
-    #[arg(long, value_parser = choice::<AxisChoice>(&["auto", "x", "y", "z"]), help_heading = "Method")]
-    axis: Option<AxisChoice>,
-    /// Number of threads [default: one per core]
-    #[arg(long, value_name = "N", value_parser = threads, help_heading = "Method")]
-    threads: Option<u16>,
-
-    /// Most memory to use, such as 2GB or 512MiB; a mesh that needs more is refused before it starts, unless its columns
-    /// may spill to disk [default: 3/4 of the available memory]
-    #[arg(long, value_name = "SIZE", help_heading = "Memory")]
-    max_memory: Option<ByteSize>,
-    /// Most GPU memory to use, at least 1MiB; with less, the mesh is made in smaller bands. If the GPU uses the host's
-    /// memory, it counts against --max-memory, too [default: what the GPU has]
-    #[arg(long, value_name = "SIZE", help_heading = "Memory")]
-    pub(crate) max_device_memory: Option<ByteSize>,
-
-    /// Unit of the lengths in the files, such as mm; it is written to every output
-    #[arg(long, value_name = "UNIT")]
-    unit: Option<String>,
-    /// Name and material of the background, flag 0, such as name=air,eps_r=1.0006, for outputs that contain it
-    #[arg(long, value_name = "KEY=VALUE,...", help_heading = "Output")]
-    background: Option<BackgroundJob>,
-    /// Make every solid (part, node, item) of every file a geometry of its own
-    #[arg(long)]
-    split: bool,
-    /// Give every geometry the cells outside of it instead of those inside, such as the fluid around a body
-    #[arg(long)]
-    invert: bool,
 }
 
 /// Cells of a shard, or their most.
@@ -182,19 +101,6 @@ impl JobArguments {
         self.job.is_some() || !self.files.is_empty()
     }
 
-    /// The shapes of the shards of Zarr stores: those of the job, and what the arguments change.
-    fn zarr(&self, of_job: Option<ZarrJob>) -> Option<ZarrJob> {
-        let mut zarr = of_job.unwrap_or_default();
-        zarr.chunks = self.zarr_chunks.or(zarr.chunks);
-        match self.zarr_shards {
-            Some(Shards::Cells(cells)) => (zarr.shards, zarr.shard_bytes) = (Some(cells), None),
-            Some(Shards::Bytes(bytes)) => (zarr.shards, zarr.shard_bytes) = (None, Some(bytes)),
-            None => {}
-        }
-        let is_given = self.zarr_chunks.is_some() || self.zarr_shards.is_some();
-        of_job.is_some().then_some(zarr).or(is_given.then_some(zarr))
-    }
-
     /// The job of the arguments, validated; file names are relative to the current folder. Where nobody limits the memory, this machine does.
     pub(crate) fn job(&self) -> Result<Job> {
         let mut job = self.job_as_given()?;
@@ -216,34 +122,18 @@ impl JobArguments {
             Some(path) => read_job(path)?,
             None => Job::new(self.files.iter().map(|file| geometry_of(file)).collect::<Result<_>>()?),
         };
-        self.override_cells(&mut job)?;
-        self.override_domain(&mut job);
-        if self.window.is_some() || self.part.is_some() {
-            (job.window, job.part) = (self.window, self.part);
+        job = self.keys.over(job)?;
+        self.inner.put(&mut job)?;
+        // how lines are generated around a geometry belongs to what chose the cells before
+        if self.job.is_some() && self.chooses_cells() && job.graded.is_none() {
+            job.geometries.iter_mut().for_each(GeometryJob::clear_sizing);
         }
-        job.halo = self.halo.or(job.halo);
-        job.halo_edge = self.halo_edge.or(job.halo_edge);
-        job.zarr = self.zarr(job.zarr);
-        job.rule = self.rule.unwrap_or(job.rule);
-        job.open = self.open.unwrap_or(job.open);
-        job.fill = self.fill.unwrap_or(job.fill);
-        job.close_gaps = self.close_gaps.or(job.close_gaps);
-        job.gap_flag = self.gap_flag.or(job.gap_flag);
-        job.certify |= self.certify;
-        job.quick |= self.quick;
-        job.thin_cells = self.thin_cells.or(job.thin_cells);
-        job.backend = self.backend.unwrap_or(job.backend);
-        job.axis = self.axis.unwrap_or(job.axis);
-        job.max_memory = self.max_memory.or(job.max_memory);
-        job.unit = self.unit.clone().or(job.unit);
-        job.background = self.background.clone().or(job.background);
-        job.split |= self.split;
-        job.invert |= self.invert;
+        job.max_cells = job.max_cells.or(Some(DEFAULT_MAX_CELLS));
         let names = job.geometries.iter().map(|geometry| Path::new(&geometry.file));
         let inputs = names.chain(self.job.as_deref());
         standard_streams::check_once(inputs.clone())?;
         // those that others open, too, and before any output is opened
-        inputs.chain(self.lines.as_deref()).try_for_each(ledger::reads)?;
+        inputs.chain(self.inner.lines.as_deref()).try_for_each(ledger::reads)?;
         if self.adapter.is_some() && job.backend == BackendChoice::Cpu {
             let message = "--adapter is given with the backend cpu, which uses no GPU";
             return Err(Error::new("job-conflict", message, "leave out --adapter, or use --backend gpu"));
@@ -261,33 +151,22 @@ impl JobArguments {
 
     /// Whether an option, and not only a job file, chooses the cells.
     pub(crate) fn chooses_cells(&self) -> bool {
-        let is_listed = self.lines.is_some() || self.graded.is_some();
-        let is_sized = self.cell_size.is_some() || self.max_cell_size.is_some();
-        self.cells.is_some() || self.dims.is_some() || is_sized || is_listed
+        ["cells", "dims", "cell_size", "max_cell_size"].iter().any(|key| self.keys.has(key))
+            || self.inner.lines.is_some()
+            || self.inner.graded.is_some()
     }
+}
 
-    fn override_cells(&self, job: &mut Job) -> Result<()> {
-        if self.chooses_cells() {
-            job.lines = self.lines.as_deref().map(read_lines).transpose()?;
-            job.graded = self.graded.map(GradedJob::new);
-            if self.lines.is_some() {
-                (job.domain, job.padding) = (None, None);
-            }
-            if self.job.is_some() && job.graded.is_none() {
-                job.geometries.iter_mut().for_each(GeometryJob::clear_sizing);
-            }
-            (job.cells, job.dims) = (self.cells, self.dims);
-            (job.cell_size, job.max_cell_size) = (self.cell_size, self.max_cell_size);
-            // a tolerance belongs to the setting that was overridden
-            job.tolerance = job.tolerance.filter(|_| self.max_cell_size.is_some());
+impl InnerArguments {
+    /// Puts them into a job.
+    fn put(&self, job: &mut Job) -> Result<()> {
+        if let Some(path) = &self.lines {
+            job.lines = Some(read_lines(path)?);
         }
-        job.tolerance = self.tolerance.or(job.tolerance);
-        self.override_graded(job)?;
-        job.max_cells = self.max_cells.or(job.max_cells).or(Some(DEFAULT_MAX_CELLS));
-        Ok(())
-    }
-
-    fn override_graded(&self, job: &mut Job) -> Result<()> {
+        job.graded = self.graded.map(GradedJob::new).or(job.graded);
+        let padding = self.padding_cells.map(Padding::Cells).or(self.padding_length.map(Padding::Length));
+        job.padding = padding.or(job.padding);
+        job.zarr = self.zarr(job.zarr);
         let Some(graded) = &mut job.graded else {
             let given = [("--min-size", self.min_size.is_some()), ("--growth", self.growth.is_some())];
             let given = given.into_iter().chain([("--absorbing", self.absorbing.is_some())]).find(|(_, is)| *is);
@@ -302,14 +181,17 @@ impl JobArguments {
         Ok(())
     }
 
-    fn override_domain(&self, job: &mut Job) {
-        let cells = self.padding_cells.map(Padding::Cells);
-        let padding = cells.or(self.padding_length.map(Padding::Length));
-        // padding belongs to the box that was overridden
-        if self.domain.is_some() {
-            (job.domain, job.padding) = (self.domain, None);
+    /// The shapes of the shards of Zarr stores: those of the job, and what the arguments change.
+    fn zarr(&self, of_job: Option<ZarrJob>) -> Option<ZarrJob> {
+        let mut zarr = of_job.unwrap_or_default();
+        zarr.chunks = self.zarr_chunks.or(zarr.chunks);
+        match self.zarr_shards {
+            Some(Shards::Cells(cells)) => (zarr.shards, zarr.shard_bytes) = (Some(cells), None),
+            Some(Shards::Bytes(bytes)) => (zarr.shards, zarr.shard_bytes) = (None, Some(bytes)),
+            None => {}
         }
-        job.padding = padding.or(job.padding);
+        let is_given = self.zarr_chunks.is_some() || self.zarr_shards.is_some();
+        (of_job.is_some() || is_given).then_some(zarr)
     }
 }
 

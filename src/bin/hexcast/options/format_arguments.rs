@@ -11,7 +11,7 @@ use hexcast::{Error, Result};
 use serde::Deserialize;
 
 use crate::files::standard_streams::is_standard;
-use crate::options::{arguments::choice, numbers::number};
+use crate::options::arguments::{choice, number};
 
 /// How files are written.
 #[derive(clap::Args)]

@@ -21,10 +21,10 @@ const MAX_JOB_BYTES: u64 = 64 << 20;
 static STANDARD_INPUT: OnceLock<String> = OnceLock::new();
 
 /// Keys of job files that options of the command line override.
-static OVERRIDDEN: OnceLock<Vec<&'static str>> = OnceLock::new();
+static OVERRIDDEN: OnceLock<Vec<String>> = OnceLock::new();
 
 /// Leaves some keys of job files unread, so that a wrong value there is none where an option overrides it.
-pub(crate) fn leave_out(keys: Vec<&'static str>) {
+pub(crate) fn leave_out(keys: Vec<String>) {
     // said once, before any is read
     let _ = OVERRIDDEN.set(keys);
 }
@@ -70,11 +70,11 @@ pub(crate) fn read_job_file(path: &Path) -> Result<JobFile> {
     let (name, text) = (path.display(), read_text(path)?);
     // a table of TOML begins with a name or a [
     let is_json = is_json(path) || standard_streams::is_standard(path) && text.trim_start().starts_with('{');
-    let overridden = OVERRIDDEN.get().map_or(&[][..], Vec::as_slice);
+    let overridden: Vec<&str> = OVERRIDDEN.get().into_iter().flatten().map(String::as_str).collect();
     let read = if is_json {
-        JobFile::from_json_without(&text, overridden)
+        JobFile::from_json_without(&text, &overridden)
     } else {
-        JobFile::from_toml_without(&text, overridden)
+        JobFile::from_toml_without(&text, &overridden)
     };
     read.map_err(|error| error.at(name))
 }

@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use clap::ArgMatches;
 use clap::parser::ValueSource;
 use hexcast::files::place::folder_of;
-use hexcast::job::{Job, JobFile, Level, RunJob};
+use hexcast::job::{Job, JobFile, RunJob};
 use hexcast::{Error, Result};
-use serde::Serialize;
+use serde_json::Value;
 
 use crate::files::{ledger::Output, output_file::PendingFile, standard_streams};
 use crate::options::job_files::{is_json, read_job_file};
@@ -35,7 +35,7 @@ pub(crate) fn with_options_of_job(matches: &ArgMatches, arguments: &[OsString]) 
     Ok(Some([before, &options, after].concat()))
 }
 
-/// Options that override keys of other names, and these.
+/// Options that override keys of other names than theirs, and these.
 const OTHERS: &[(&str, &[&str])] = &[
     ("cells", CELLS),
     ("dims", CELLS),
@@ -55,53 +55,17 @@ const OTHERS: &[(&str, &[&str])] = &[
 ];
 /// Keys that choose the cells, of which an option replaces all.
 const CELLS: &[&str] = &["cells", "dims", "cell_size", "max_cell_size", "tolerance", "lines", "graded"];
-/// Keys that the option of the same name overrides.
-const SAME: &[&str] = &[
-    "tolerance",
-    "max_cells",
-    "halo",
-    "halo_edge",
-    "rule",
-    "open",
-    "fill",
-    "close_gaps",
-    "gap_flag",
-    "thin_cells",
-    "periodic",
-    "conductors",
-    "backend",
-    "axis",
-    "max_memory",
-    "unit",
-    "background",
-    "adapter",
-    "threads",
-    "max_device_memory",
-    "format",
-    "report",
-    "doubt",
-    "compress",
-    "hash",
-    "axis_order",
-    "map",
-    "export_flags",
-    "patches",
-    "open_patches",
-    "spill",
-    "slice",
-    "view",
-];
 
-/// Keys of a job file that options of the command line override.
-pub(crate) fn overridden(matches: &ArgMatches) -> Vec<&'static str> {
+/// Keys of a job file that options of the command line override: those of the same names, where nothing else is said.
+pub(crate) fn overridden(matches: &ArgMatches) -> Vec<String> {
     let Some((_, of_command)) = matches.subcommand() else { return Vec::new() };
     let ids = of_command.ids().map(|id| id.as_str());
     let given = ids.filter(|id| of_command.value_source(id) == Some(ValueSource::CommandLine));
     let keys = given.flat_map(|id| {
-        let others = OTHERS.iter().filter(move |(option, _)| *option == id).flat_map(|(_, keys)| keys.iter());
-        others.chain(SAME.iter().filter(move |key| **key == id)).copied()
+        let others = OTHERS.iter().find(|(option, _)| *option == id).map(|(_, keys)| keys.to_vec());
+        others.unwrap_or_else(|| vec![id])
     });
-    keys.collect()
+    keys.map(String::from).collect()
 }
 
 /// Whether an option of the command line stands in place of another.
@@ -115,78 +79,61 @@ fn is_excluded(id: &str, is_given: &impl Fn(&str) -> bool) -> bool {
     }
 }
 
+/// Keys whose options have other names, and those.
+const RENAMED: [(&str, &str); 4] = [
+    ("output", "outputs"),
+    ("links_output", "links"),
+    ("fractions_output", "fractions"),
+    ("staggered_output", "staggered"),
+];
+/// Keys that are names of files.
+const FILES: [&str; 7] = ["output", "report", "doubt", "links_output", "fractions_output", "staggered_output", "spill"];
+
 /// The names of clap and the arguments, one each, with `=`.
 fn options(run: &RunJob, folder: &Path) -> Vec<(&'static str, OsString)> {
-    let mut options = Vec::new();
-    let mut put = |id: &'static str, option: &str, value: Option<OsString>| {
-        options.extend(value.map(|value| {
-            let mut argument = OsString::from(format!("--{option}="));
-            argument.push(value);
-            (id, argument)
-        }));
-    };
-    let place = |name: &String| -> OsString {
+    let place = |name: &str| -> OsString {
         let is_elsewhere = name == standard_streams::NAME || name.contains("://");
         if is_elsewhere { name.into() } else { folder.join(name).into_os_string() }
     };
-    for name in run.output.iter().flat_map(|names| names.all()) {
-        put("outputs", "output", Some(place(name)));
+    let text = |key: &str, text: &str| if FILES.contains(&key) { place(text) } else { text.into() };
+    let mut options = Vec::new();
+    for &key in RunJob::keys() {
+        let id = RENAMED.iter().find(|(other, _)| *other == key).map_or(key, |(_, id)| id);
+        // clap's name of the option --output is another than the option's
+        let option = if key == "output" { key.into() } else { id.replace('_', "-") };
+        let mut put = |value: OsString| {
+            let mut argument = OsString::from(format!("--{option}="));
+            argument.push(value);
+            options.push((id, argument));
+        };
+        match run.value(key) {
+            Value::Bool(true) => options.push((id, format!("--{option}").into())),
+            Value::String(one) if key != "map" || !one.is_empty() => put(text(key, &one)),
+            Value::Number(number) => put(number.to_string().into()),
+            Value::Array(list) if key == "output" => {
+                list.iter().filter_map(Value::as_str).for_each(|name| put(place(name)));
+            }
+            Value::Array(list) if matches!(key, "slice" | "view") => {
+                list.into_iter().for_each(|table| put(picture(table, &place)))
+            }
+            table @ Value::Object(_) => put(picture(table, &place)),
+            Value::Array(list) => {
+                let words = list.iter().map(|word| word.as_str().map_or(word.to_string(), String::from));
+                put(words.collect::<Vec<_>>().join(",").into());
+            }
+            _ => {}
+        }
     }
-    put("report", "report", run.report.as_ref().map(place));
-    put("doubt", "doubt", run.doubt.as_ref().map(place));
-    put("links", "links", run.links_output.as_ref().map(place));
-    put("fractions", "fractions", run.fractions_output.as_ref().map(place));
-    put("staggered", "staggered", run.staggered_output.as_ref().map(place));
-    for slice in run.slice.iter().flat_map(|slices| &slices.0) {
-        put("slice", "slice", Some(picture(slice.clone(), |slice| &mut slice.output, &place)));
-    }
-    for view in run.view.iter().flat_map(|views| &views.0) {
-        put("view", "view", Some(picture(view.clone(), |view| &mut view.output, &place)));
-    }
-    put("spill", "spill", run.spill.as_ref().map(place));
-    put("format", "format", run.format.as_ref().map(OsString::from));
-    let level = |level: &Level| match level {
-        Level::Level(level) => level.to_string().into(),
-        Level::Word(word) => OsString::from(word),
-    };
-    put("compress", "compress", run.compress.as_ref().map(level));
-    put("hash", "hash", run.hash.as_ref().map(OsString::from));
-    put("axis_order", "axis-order", run.axis_order.as_ref().map(OsString::from));
-    put("map", "map", run.map.as_ref().filter(|map| !map.is_empty()).map(OsString::from));
-    let flags = |flags: &Vec<u8>| flags.iter().map(u8::to_string).collect::<Vec<String>>().join(",").into();
-    put("export_flags", "export-flags", run.export_flags.as_ref().map(flags));
-    put("patches", "patches", run.patches.as_ref().map(OsString::from));
-    put("open_patches", "open-patches", run.open_patches.as_ref().map(|names| names.join(",").into()));
-    put("adapter", "adapter", run.adapter.as_ref().map(OsString::from));
-    put("max_device_memory", "max-device-memory", run.max_device_memory.map(|size| size.0.to_string().into()));
-    put("threads", "threads", run.threads.map(|threads| threads.to_string().into()));
-    let switches = [
-        ("bits", "--bits", run.bits),
-        ("ascii", "--ascii", run.ascii),
-        ("resume", "--resume", run.resume),
-        ("flags_in_memory", "--flags-in-memory", run.flags_in_memory),
-        ("strict", "--strict", run.strict),
-        ("json", "--json", run.json),
-        ("quiet", "--quiet", run.quiet),
-        ("verbose", "--verbose", run.verbose),
-    ];
-    options.extend(switches.into_iter().filter(|(.., is_on)| *is_on).map(|(id, option, _)| (id, option.into())));
     options
 }
 
-/// A picture as the JSON that its option takes, with the place of its file.
-fn picture<T: Serialize>(
-    mut picture: T,
-    output: impl Fn(&mut T) -> &mut String,
-    place: &impl Fn(&String) -> OsString,
-) -> OsString {
-    let name = output(&mut picture);
-    // no name stays none, which the option refuses
-    if !name.is_empty() {
-        *name = place(name).to_string_lossy().into_owned();
+/// A picture as the JSON that its option takes, with the place of its file; no name stays none, which the option refuses.
+fn picture(mut table: Value, place: &impl Fn(&str) -> OsString) -> OsString {
+    let name = table["output"].as_str().filter(|name| !name.is_empty());
+    if let Some(placed) = name.map(|name| place(name).to_string_lossy().into_owned()) {
+        table["output"] = placed.into();
     }
-    // a struct of numbers and strings always has a JSON form
-    serde_json::to_string(&picture).unwrap_or_default().into()
+    table.to_string().into()
 }
 
 /// Writes a job file that does what all arguments do, TOML or JSON by its name; `-` is standard output, in TOML.

@@ -1,6 +1,7 @@
 //! The help of `hexcast mesh`: ten options first, all of them and the formats where more is asked for.
 
 use clap::Command;
+use clap::builder::StyledStr;
 use hexcast::export::Exporter;
 
 /// What most people need first, which `-h` shows; `--help` shows all.
@@ -31,6 +32,33 @@ Examples:
     hexcast mesh --job antenna.toml --cells 512 -o antenna.vti --compress=none
     make-model | hexcast mesh - --cells 128 -o - --format npy > part.npy
     hexcast mesh --job ship.toml --part 3/64 -o ship.zarr --report part3.json";
+
+/// What holds on the command line alone, beside the sentences of a key.
+const IN_COMMAND: [(&str, &str); 4] = [
+    ("max-cells", "Such as 2e12 [default: 1e12]"),
+    ("part", "Of K/N the parts are slabs across z that take about the same time; `hexcast parts` lists them"),
+    ("max-memory", "[default: 3/4 of the available memory]"),
+    ("axis", "Auto takes the longest, or the first of those nearly as long"),
+];
+
+/// Says options where the sentences of a key name other keys of a job: `cell_size` is --cell-size here.
+pub(crate) fn with_options_for_keys(command: Command) -> Command {
+    command.mut_subcommands(|command| {
+        let options: Vec<String> =
+            command.get_opts().filter_map(|option| option.get_long()).map(String::from).collect();
+        let in_options = |text: &StyledStr| {
+            let said = options.iter().fold(text.to_string(), |text, option| {
+                text.replace(&format!("`{}`", option.replace('-', "_")), &format!("--{option}"))
+            });
+            StyledStr::from(said)
+        };
+        command.mut_args(|argument| {
+            let Some(help) = argument.get_help().map(in_options) else { return argument };
+            let more = IN_COMMAND.iter().find(|(option, _)| argument.get_long() == Some(option));
+            argument.help(more.map_or(help.to_string(), |(_, more)| format!("{help}. {more}")))
+        })
+    })
+}
 
 /// Gives `mesh` a short help of its first options.
 pub(crate) fn with_first_options(command: Command) -> Command {

@@ -15,6 +15,7 @@ const ABOUT: &str = "binvox, to look at";
 
 pub(in crate::output::export) const FORMAT: Format = Format {
     check_lines: |lines| cubes(lines, ".binvox").map(|_| ()),
+    held_planes: Some(0),
     ..Format::new(&[".binvox"], ABOUT, |job, name, files| Box::pin(write(job, name, files)))
 };
 

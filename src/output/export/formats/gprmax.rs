@@ -37,6 +37,7 @@ pub(in crate::output::export) const FORMAT: Format = Format {
     check_lines: |lines| equal_cells(lines, WHAT).map(|_| ()),
     check_materials,
     check_mesh: |mesh, options, keeps| check_conductors(mesh, options, keeps, WHAT),
+    held_planes: None,
     ..Format::new(&[".in"], ABOUT, |job, name, files| Box::pin(write(job, name, files)))
 };
 

@@ -28,6 +28,7 @@ pub(in crate::output::export) const FORMAT: Format = Format {
     has_flags: false,
     check_lines: |lines| equal_cells(lines, ".nrrd").map(|_| ()),
     exact_size,
+    held_planes: None,
     ..Format::new(&[".nrrd"], ABOUT, |job, name, files| Box::pin(write(job, name, files)))
 };
 

@@ -21,6 +21,7 @@ pub(in crate::output::export) const FORMAT: Format = Format {
     check_lines: |lines| equal_cells(lines, ".vox").map(|_| ()),
     check_flags,
     check_mesh,
+    held_planes: None,
     ..Format::new(&[".vox"], ABOUT, |job, name, files| Box::pin(write(job, name, files)))
 };
 

@@ -2,10 +2,19 @@
 
 use std::fmt::Display;
 
-use hexcast::job::PerAxis;
+use super::PerAxis;
+
+/// Headings of the help.
+pub const CELLS: &str = "Cells and domain";
+/// The same.
+pub const METHOD: &str = "Method";
+/// The same.
+pub const MEMORY: &str = "Memory";
+/// The same.
+pub const OUTPUT: &str = "Output";
 
 /// A kind of number that arguments have.
-pub(crate) trait Number: Sized {
+pub trait Number: Sized {
     /// Reads one; the error is a sentence.
     fn read(text: &str) -> Result<Self, String>;
 }
@@ -73,18 +82,18 @@ fn range(most: u64) -> String {
 }
 
 /// Reads a number.
-pub(crate) fn number<T: Number>(text: &str) -> Result<T, String> {
+pub fn number<T: Number>(text: &str) -> Result<T, String> {
     T::read(text.trim())
 }
 
 /// Reads a number of at least 1.
-pub(crate) fn at_least_one<T: Number + PartialEq + Default + Display>(text: &str) -> Result<T, String> {
+pub fn at_least_one<T: Number + PartialEq + Default + Display>(text: &str) -> Result<T, String> {
     let number = number::<T>(text).map_err(|problem| problem.replace("from 0 to", "from 1 to"))?;
     if number == T::default() { Err("it is 0, and at least 1 is needed".into()) } else { Ok(number) }
 }
 
 /// Reads N numbers separated by commas, or by spaces within quotes.
-pub(crate) fn list<T: Number, const N: usize>(text: &str) -> Result<[T; N], String> {
+pub fn list<T: Number, const N: usize>(text: &str) -> Result<[T; N], String> {
     let parts: Vec<&str> =
         if text.contains(',') { text.split(',').collect() } else { text.split_whitespace().collect() };
     let values: Vec<T> = parts.into_iter().map(number).collect::<Result<_, _>>()?;
@@ -96,7 +105,7 @@ pub(crate) fn list<T: Number, const N: usize>(text: &str) -> Result<[T; N], Stri
 }
 
 /// Reads one number for all axes, or three.
-pub(crate) fn per_axis<T: Number>(text: &str) -> Result<PerAxis<T>, String> {
+pub fn per_axis<T: Number>(text: &str) -> Result<PerAxis<T>, String> {
     if text.contains(',') {
         return list::<T, 3>(text).map(PerAxis::Each);
     }
