@@ -14,7 +14,7 @@ import { ensureBindgen, wasmRust } from './wasm.mjs';
 /** @type {Record<string, Parameters<typeof ensure>>} */
 const NEEDS = {
   lint: ['linker'],
-  native: ['linker', 'vulkan', 'chromium'],
+  native: ['linker', 'vulkan', 'chromium', 'valgrind'],
   wasm: ['linker', 'vulkan', 'chromium', 'firefox'],
   e2e: ['linker', 'vulkan', 'chromium', 'firefox', 'font'],
   package: ['linker', 'vulkan', 'chromium', 'firefox'],

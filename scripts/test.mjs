@@ -13,6 +13,7 @@ import { testC, testExamples } from './capi.mjs';
 import { testFiles } from './capi_files.mjs';
 import { testInstall, testNames } from './capi_install.mjs';
 import { runCluster } from './cluster.mjs';
+import { testCounted } from './counted.mjs';
 import { checkAdvisories, checkCrates } from './deny.mjs';
 import { swiftshaderEnv } from './machine.mjs';
 import { checkOldestRust, checkOldestRustIfChanged } from './msrv.mjs';
@@ -64,6 +65,7 @@ async function release() {
 
 async function native() {
   await steps.step('native tests', async () => countedTests(await cargoTest()));
+  await steps.step('instructions of some jobs', testCounted);
   const env = swiftshaderEnv();
   await steps.step('kernel tests on SwiftShader', async () => {
     if (!env) throw new Error("missing: SwiftShader as a Vulkan driver, which Debian's package chromium brings");

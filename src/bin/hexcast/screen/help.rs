@@ -47,10 +47,17 @@ pub(crate) fn with_options_for_keys(command: Command) -> Command {
         let options: Vec<String> =
             command.get_opts().filter_map(|option| option.get_long()).map(String::from).collect();
         let in_options = |text: &StyledStr| {
-            let said = options.iter().fold(text.to_string(), |text, option| {
-                text.replace(&format!("`{}`", option.replace('-', "_")), &format!("--{option}"))
+            let text = text.to_string();
+            let words = text.split('`').enumerate().map(|(at, word)| {
+                let is_quoted = at % 2 == 1;
+                let option = word.replace('_', "-");
+                match is_quoted {
+                    true if options.contains(&option) => format!("--{option}"),
+                    true => format!("`{word}`"),
+                    false => word.to_string(),
+                }
             });
-            StyledStr::from(said)
+            StyledStr::from(words.collect::<String>())
         };
         command.mut_args(|argument| {
             let Some(help) = argument.get_help().map(in_options) else { return argument };
