@@ -22,14 +22,11 @@ pub(super) fn exporter_of(format: &str) -> Option<Exporter> {
 }
 
 /// Names in JavaScript of the exporters of a kind, for errors.
-pub(super) fn names_of(is_kind: &dyn Fn(Exporter) -> bool) -> String {
-    let is_name = |ending: &str| !ending.contains('/');
-    let kind = Exporter::ENDINGS.into_iter().filter(|(ending, exporter)| is_name(ending) && is_kind(*exporter));
-    let names: Vec<&str> = kind.map(|(ending, _)| ending.trim_start_matches('.')).collect();
-    match names.split_last() {
-        Some((last, others)) if !others.is_empty() => format!("{} or {last}", others.join(", ")),
-        _ => names.concat(),
-    }
+pub(super) fn names_of(is_kind: fn(Exporter) -> bool) -> String {
+    let kind = Exporter::ENDINGS.iter().filter(|(ending, exporter)| !ending.contains('/') && is_kind(*exporter));
+    let mut names: Vec<&str> = kind.map(|(ending, _)| ending.trim_start_matches('.')).collect();
+    let last = names.pop().unwrap_or_default();
+    format!("{} or {last}", names.join(", "))
 }
 
 /// Starts the file of an exporter. One that has several makes an archive of them, which is unpacked into the folder of a case.

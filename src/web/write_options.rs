@@ -49,31 +49,28 @@ impl WriteOptions {
         let is_array = matches!(format, "raw" | "npy" | "npz");
         // what is measured has one form
         let is_of_mesh = exporter.is_none() && !format.contains('.') && format != "links";
-        let packs = || if format == "links" { "links.npz or links.h5".into() } else { names_of(&compresses) };
-        let arrays = || "raw, npy or npz".into();
         let one_order = "always has the flags, in one order of cells";
-        let known: [(bool, bool, &str, &str, &dyn Fn() -> String); 6] = [
-            (
-                (exporter.is_none() && format != "links") || is(compresses),
-                self.compress > 0,
-                "compress",
-                "cannot be compressed",
-                &packs,
-            ),
-            (is_of_mesh, self.bits, "bits", "has no bit-packed variant", &|| "raw or npy".into()),
-            (is(Exporter::has_ascii), self.ascii, "ascii", "is written in one form only", &|| {
-                names_of(&Exporter::has_ascii)
-            }),
-            (is(Exporter::has_flags), self.export_flags.is_some(), "exportFlags", "always holds all flags", &|| {
-                names_of(&Exporter::has_flags)
-            }),
-            (is_array, self.axis_order != AxisOrder::Zyx, "axisOrder", one_order, &arrays),
-            (is_array, self.map.is_some(), "map", one_order, &arrays),
+        let is_plain = exporter.is_none() && format != "links";
+        let known = [
+            (is_plain || is(compresses), self.compress > 0, "compress", "cannot be compressed"),
+            (is_of_mesh, self.bits, "bits", "has no bit-packed variant"),
+            (is(Exporter::has_ascii), self.ascii, "ascii", "is written in one form only"),
+            (is(Exporter::has_flags), self.export_flags.is_some(), "exportFlags", "always holds all flags"),
+            (is_array, self.axis_order != AxisOrder::Zyx, "axisOrder", one_order),
+            (is_array, self.map.is_some(), "map", one_order),
         ];
         let wrong = known.iter().find(|(fits, is_given, ..)| *is_given && !fits);
-        wrong.map_or(Ok(()), |(_, _, option, why, others)| {
+        wrong.map_or(Ok(()), |(_, _, option, why)| {
+            let others = match *option {
+                "compress" if format == "links" => "links.npz or links.h5".into(),
+                "compress" => names_of(compresses),
+                "bits" => "raw or npy".into(),
+                "ascii" => names_of(Exporter::has_ascii),
+                "exportFlags" => names_of(Exporter::has_flags),
+                _ => "raw, npy or npz".into(),
+            };
             let message = format!("{option} is given, and .{format} {why}");
-            Err(Error::new("job-conflict", message, format!("leave it out, or write {}", others())))
+            Err(Error::new("job-conflict", message, format!("leave it out, or write {others}")))
         })
     }
 }
