@@ -26,7 +26,7 @@ mod bad_edges;
 pub use bad_edges::{BadEdges, EdgeGroup, MAX_FACETS};
 
 /// Facets that one core takes at a time.
-const CHUNK: usize = 1 << 14;
+pub(crate) const CHUNK: usize = 1 << 14;
 /// Parts that hashes are put in, by their first bits.
 const PARTS: usize = 256;
 /// Least hashes that are compared with each other, unless there are fewer: the cache holds them and their table.
@@ -46,8 +46,8 @@ pub struct Closed {
 impl Closed {
     /// Checks facets.
     pub fn new(facets: &[SnappedFacet]) -> Closed {
-        let mut edges = EdgeHashes::default();
-        edges.add(facets);
+        let chunks = facets.par_chunks(CHUNK).map(Hashes::new).collect();
+        let mut edges = EdgeHashes { chunks, n_compared: None };
         loop {
             if let Some(closed) = edges.step() {
                 return closed;
@@ -65,7 +65,7 @@ impl Closed {
 }
 
 /// Hashes of the edges of some facets.
-struct Hashes {
+pub(crate) struct Hashes {
     odd: [u64; 2],
     surplus: [u64; 2],
     /// Of the edges in the direction of their corners, part after part.
@@ -75,7 +75,8 @@ struct Hashes {
 }
 
 impl Hashes {
-    fn new(facets: &[SnappedFacet]) -> Hashes {
+    /// Those of facets that the cache holds.
+    pub(crate) fn new(facets: &[SnappedFacet]) -> Hashes {
         let (mut odd, mut surplus) = ([0; 2], [0; 2]);
         let mut forward = Vec::with_capacity(2 * facets.len());
         for facet in facets {
@@ -144,9 +145,9 @@ pub(crate) struct EdgeHashes {
 const AT_ONCE: usize = 1 << 18;
 
 impl EdgeHashes {
-    /// Adds facets.
-    pub(crate) fn add(&mut self, facets: &[SnappedFacet]) {
-        self.chunks.par_extend(facets.par_chunks(CHUNK).map(Hashes::new));
+    /// Adds the edges of more facets.
+    pub(crate) fn add(&mut self, hashes: Hashes) {
+        self.chunks.push(hashes);
     }
 
     /// Does a part of the work that is left once all facets are there; what was found, once all is done.

@@ -31,7 +31,7 @@ use crate::base::parallel::*;
 use crate::grid::frame::{SnappedFacet, nearest};
 
 /// Facets that are summed together, so that the number of threads does not change the last bits.
-const CHUNK: usize = 4096;
+pub(crate) const CHUNK: usize = 4096;
 
 /// Sums over the facets of a surface, which [`BoundSums::bound`] makes the bound of.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -49,16 +49,17 @@ pub(crate) struct BoundSums {
 /// For cells of one volume the largest difference that there can be between the volume of the cells of snapped facets and `mesh_volume`, the volume of the surface
 /// without a sign, where no cell is inside of two of its shells.
 pub fn volume_bound(facets: &[SnappedFacet], fraction_bits: u32, cell_volume: f64, mesh_volume: f64) -> f64 {
-    let mut sums = BoundSums::default();
-    sums.add(facets, fraction_bits);
+    let parts: Vec<BoundSums> = facets.par_chunks(CHUNK).map(|facets| BoundSums::of(facets, fraction_bits)).collect();
+    let sums = parts.into_iter().fold(BoundSums::default(), BoundSums::plus);
     sums.bound(fraction_bits, cell_volume, mesh_volume)
 }
 
 impl BoundSums {
-    /// Adds facets; where they are added in portions, the last bits are the same if all but the last have a multiple of 4096.
-    pub(crate) fn add(&mut self, facets: &[SnappedFacet], fraction_bits: u32) {
-        let parts: Vec<BoundSums> = facets.par_chunks(CHUNK).map(|facets| sums(facets, fraction_bits)).collect();
-        *self = parts.into_iter().fold(*self, BoundSums::plus);
+    /// Those of facets, one after another; the last bits of a sum of parts depend on where they begin: see [`CHUNK`].
+    pub(crate) fn of(facets: &[SnappedFacet], fraction_bits: u32) -> BoundSums {
+        let mut sums = BoundSums::default();
+        facets.iter().for_each(|facet| sums.add_facet(facet, fraction_bits));
+        sums
     }
 
     /// Adds a facet.
@@ -94,12 +95,6 @@ impl BoundSums {
             volume: self.volume + other.volume,
         }
     }
-}
-
-fn sums(facets: &[SnappedFacet], fraction_bits: u32) -> BoundSums {
-    let mut sums = BoundSums::default();
-    facets.iter().for_each(|facet| sums.add_facet(facet, fraction_bits));
-    sums
 }
 
 /// Adds the segments in which a facet meets planes across z.
@@ -166,7 +161,7 @@ mod tests {
         let sides = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
         let facets: Vec<SnappedFacet> =
             sides.iter().flat_map(|&[a, b, c, d]| [[a, b, c].map(corner), [a, c, d].map(corner)]).collect();
-        let found = sums(&facets, 6);
+        let found = BoundSums::of(&facets, 6);
         // 2 faces of 2 x 4 centres
         assert_eq!(found.n, 16);
         // 2 faces of length 3 on each of 4 planes, and what f64 is given

@@ -50,9 +50,8 @@ fn with_all_facets_it_is_the_frame_and_what_its_facets_tell() {
         let low = [0, 1, 2].map(|axis| along(axis).min().unwrap());
         let high = [0, 1, 2].map(|axis| along(axis).max().unwrap());
         assert_eq!(found.ends[rank], Some([low, high]));
-        let mut sums = BoundSums::default();
-        sums.add(facets, found.frame.fraction_bits);
-        assert_eq!(found.bound_sums[rank], sums);
+        let parts = facets.chunks(volume_bound::CHUNK).map(|part| BoundSums::of(part, found.frame.fraction_bits));
+        assert_eq!(found.bound_sums[rank], parts.fold(BoundSums::default(), BoundSums::plus));
     }
 }
 
