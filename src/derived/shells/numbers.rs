@@ -181,7 +181,7 @@ fn joined(facets: &[Facet], first: u32, is_proper: bool) -> (Vec<u32>, Vec<Edge>
         table.clear();
         hashes.clear();
         for (facet, corners) in (0u32..).zip(chunk) {
-            let [a, b, c] = corners.map(corner_hash);
+            let [a, b, c] = [corner_hash(corners[0]), corner_hash(corners[1]), corner_hash(corners[2])];
             hashes.extend([a.wrapping_add(b), b.wrapping_add(c), c.wrapping_add(a)]);
             if is_collapsed(corners) {
                 continue;
@@ -228,7 +228,8 @@ pub(super) fn is_collapsed([a, b, c]: &Facet) -> bool {
 /// A hash of a corner, the same for -0 and +0. The sum of two is that of their edge.
 #[inline(always)]
 pub(super) fn corner_hash(corner: [f32; 3]) -> u64 {
-    let [x, y, z] = corner.map(|c| u64::from((c + 0.0).to_bits()));
+    let bits = |c: f32| u64::from((c + 0.0).to_bits());
+    let [x, y, z] = [bits(corner[0]), bits(corner[1]), bits(corner[2])];
     // odd numbers without a pattern: two corners have the same sum by accident alone
     let sum = x.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(y.wrapping_mul(0xc2b2_ae3d_27d4_eb4f));
     mixed(sum.wrapping_add(z.wrapping_mul(0x1656_67b1_9e37_79f9)))

@@ -147,6 +147,7 @@ impl Lines {
     }
 
     /// The place of a coordinate, counted in cells from line 0: the inverse of [`Lines::at`].
+    #[inline]
     pub fn position(&self, axis: usize, coordinate: f64) -> f64 {
         let Some(lists) = self.lists() else { return (coordinate - self.origin[axis]) / self.unit[axis] };
         let lines = &lists[axis];

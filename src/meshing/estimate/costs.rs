@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::expected_crossings::Expected;
+use super::expected_crossings::{Expected, Sums};
 use crate::derived::mesh::SLAB_BYTES;
 use crate::grid::lines::{Grading, Lines};
 use crate::grid::rays::Rays;
@@ -118,7 +118,7 @@ impl EstimateSteps {
 
     /// The estimate, once all is done.
     pub fn finish(self, geometries: &[Geometry], lines: &Lines, rays: &Rays) -> Estimate {
-        Estimate::of(&self.0, geometries, lines, rays)
+        Estimate::of(&self.0.sums, geometries, lines, rays)
     }
 }
 
@@ -135,7 +135,7 @@ impl Estimate {
         Estimate { grading: self.grading.map(|grading| grading.with_unit(unit)), ..self }
     }
 
-    fn of(expected: &Expected, geometries: &[Geometry], lines: &Lines, rays: &Rays) -> Estimate {
+    fn of(expected: &Sums, geometries: &[Geometry], lines: &Lines, rays: &Rays) -> Estimate {
         let facets: u64 = geometries.iter().map(|geometry| geometry.facets.len() as u64).sum();
         let crossings = expected.crossings.round() as u64;
         let host = host_bytes(facets, expected, lines, rays);
@@ -190,7 +190,7 @@ impl Estimate {
 /// Bytes of a facet: 36 as read, 38 snapped.
 const FACET_BYTES: u64 = 74;
 
-fn host_bytes(facets: u64, expected: &Expected, lines: &Lines, rays: &Rays) -> HostBytes {
+fn host_bytes(facets: u64, expected: &Sums, lines: &Lines, rays: &Rays) -> HostBytes {
     let (n_rays, runs) = (rays.n_rays(), expected.runs);
     // a byte a ray and four bytes every 64 rays; four bytes a ray until they are packed
     let index = n_rays + n_rays.div_ceil(64) * 4;
