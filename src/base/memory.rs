@@ -9,6 +9,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use crate::base::error::{Error, Result};
+use crate::base::parallel::*;
 
 /// Bytes that may be held; clones share them. By default there is no limit.
 #[derive(Debug, Clone)]
@@ -241,6 +242,18 @@ impl<T: Copy> List<T> {
             self.reserve(self.items.len().max(items.len()))?;
         }
         self.items.extend_from_slice(items);
+        Ok(())
+    }
+}
+
+impl<T: Send> List<T> {
+    /// Adds items that all cores make, whose number is known.
+    pub(crate) fn par_extend(&mut self, items: impl IndexedParallelIterator<Item = T>) -> Result<()> {
+        let n = self.items.len() + items.len();
+        if n > self.items.capacity() {
+            self.reserve(self.items.len().max(items.len()))?;
+        }
+        self.items.par_extend(items);
         Ok(())
     }
 }

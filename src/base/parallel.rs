@@ -18,6 +18,8 @@ pub(crate) fn beside<T>(other: impl FnOnce() + Send, here: impl FnOnce() -> T) -
 /// The names of rayon on one thread.
 #[cfg(target_arch = "wasm32")]
 mod single {
+    /// An iterator whose number of items is known.
+    pub(crate) use std::iter::ExactSizeIterator as IndexedParallelIterator;
     use std::slice::{Chunks, ChunksMut, Iter, IterMut};
 
     pub(crate) fn current_num_threads() -> usize {

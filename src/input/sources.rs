@@ -48,16 +48,26 @@ impl Source {
         let file = file.into();
         let mut reader = Reader::within(n_bytes, &control.memory);
         let mut hash = Sha256::new();
-        let mut chunk = vec![0; CHUNK_BYTES];
-        loop {
+        let mut next_chunk = |chunk: &mut Vec<u8>| -> Result<usize> {
             control.check()?;
-            let n = match input.read(&mut chunk) {
-                Ok(0) => break,
-                Ok(n) => n,
-                Err(error) if error.kind() == ErrorKind::Interrupted => continue,
-                Err(error) => return Err(Error::io(format!("reading {file}"), error)),
+            loop {
+                match input.read(chunk) {
+                    Ok(n) => return Ok(n),
+                    Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                    Err(error) => return Err(Error::io(format!("reading {file}"), error)),
+                }
+            }
+        };
+        let [mut chunk, mut next] = [vec![0; CHUNK_BYTES], vec![0; CHUNK_BYTES]];
+        let mut n = next_chunk(&mut chunk)?;
+        while n > 0 {
+            // hashing takes as long as the two together
+            let take_and_go_on = || {
+                reader.push(&chunk[..n]).map_err(|error| error.at(&file))?;
+                next_chunk(&mut next)
             };
-            beside(|| hash.update(&chunk[..n]), || reader.push(&chunk[..n])).map_err(|error| error.at(&file))?;
+            n = beside(|| hash.update(&chunk[..n]), take_and_go_on)?;
+            std::mem::swap(&mut chunk, &mut next);
         }
         let contents = reader.finish().map_err(|error| error.at(&file))?;
         Ok(Source::new(file, contents, Some(hex(&hash.finalize()))))
@@ -280,6 +290,32 @@ mod tests {
         let control = Control::default();
         control.cancel.cancel();
         assert_eq!(read(TWO.as_bytes(), &control), Err(Error::Cancelled));
+    }
+
+    /// Gives some bytes at a time, and is interrupted now and then.
+    struct Hesitant<'a>(&'a [u8], usize);
+
+    impl Read for Hesitant<'_> {
+        fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+            self.1 += 1;
+            let n = buffer.len().min(700_001);
+            if self.1.is_multiple_of(3) { Err(ErrorKind::Interrupted.into()) } else { self.0.read(&mut buffer[..n]) }
+        }
+    }
+
+    #[test]
+    fn a_file_of_many_chunks_is_hashed_in_their_order() {
+        let facets = (0..60_000u16).map(|n| [[0.0, 0.0, f32::from(n)], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+        let mut bytes = [&[0; 80][..], &60_000u32.to_le_bytes()].concat();
+        for facet in facets {
+            let numbers =
+                [[0.0; 3]].iter().chain(&facet).flatten().flat_map(|c: &f32| c.to_le_bytes()).collect::<Vec<_>>();
+            bytes.extend([&numbers[..], &[0; 2]].concat());
+        }
+        let n_bytes = bytes.len() as u64;
+        let source = Source::read("a.stl", n_bytes, &mut Hesitant(&bytes, 0), &Control::default()).unwrap();
+        assert_eq!(source.contents, read_bytes(&bytes).unwrap());
+        assert_eq!(source.sha256, Some(hex(&Sha256::digest(&bytes))));
     }
 
     #[test]

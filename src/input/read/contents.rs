@@ -102,6 +102,13 @@ impl Tally {
         // a NaN fails the comparison; an infinite normal is meaningless too
         self.wrong_normals += u64::from(cosine < 0.0 && cosine.is_finite());
     }
+
+    /// Adds that of other facets.
+    pub(super) fn add(&mut self, other: &Tally) {
+        self.wrong_normals += other.wrong_normals;
+        self.zero_normals += other.zero_normals;
+        self.zero_area += other.zero_area;
+    }
 }
 
 /// Warnings, bounded however odd the file is.

@@ -7,12 +7,15 @@
 use super::contents::{self, Contents, FACETS, Format, Solid, Tally, Warnings};
 use crate::base::error::{Error, Result};
 use crate::base::memory::{List, Memory};
+use crate::base::parallel::*;
 use crate::input::geometry::{Facet, SharedFacets};
 
 /// Length of header and count, in bytes.
 pub(super) const HEADER: usize = 84;
 /// Length of a facet, in bytes.
 const RECORD: usize = 50;
+/// Records that one core takes at a time.
+const BLOCK: usize = 1 << 11;
 /// Bytes after the facets that are accepted, besides as many as the header and the facets take.
 const MAX_TRAILING: u64 = 4096;
 
@@ -96,15 +99,15 @@ impl Parser {
     fn records(&mut self, records: &[[u8; RECORD]]) -> Result<()> {
         let n_wanted = (self.n_facets - self.facets.len()).min(records.len());
         let (wanted, extra) = records.split_at(n_wanted);
-        for record in wanted {
-            let (normal, facet) = facet_of(record);
-            if !facet.as_flattened().iter().all(|c| c.is_finite()) {
-                return Err(not_finite(&facet, self.facets.len(), self.n_facets));
+        let looked_at: Vec<Block> = wanted.par_chunks(BLOCK).map(Block::new).collect();
+        for (index, block) in looked_at.iter().enumerate() {
+            if let Some((place, facet)) = &block.not_finite {
+                return Err(not_finite(facet, self.facets.len() + index * BLOCK + place, self.n_facets));
             }
-            self.tally.count(normal, &facet);
-            self.has_colours |= record[48] != 0 || record[49] != 0;
-            self.facets.push(facet)?;
+            self.tally.add(&block.tally);
+            self.has_colours |= block.has_colours;
         }
+        self.facets.par_extend(wanted.par_iter().map(|record| facet_of(record).1))?;
         self.n_extra += extra.len() as u64;
         self.extra_are_facets &= extra.iter().all(|record| is_plausible(&facet_of(record).1));
         Ok(())
@@ -138,6 +141,31 @@ impl Parser {
             has_colours: self.has_colours,
             warnings: warnings.finish(),
         })
+    }
+}
+
+/// What is known of records that follow each other.
+#[derive(Default)]
+struct Block {
+    tally: Tally,
+    has_colours: bool,
+    /// The first facet with a coordinate that is not finite, and its index.
+    not_finite: Option<(usize, Facet)>,
+}
+
+impl Block {
+    fn new(records: &[[u8; RECORD]]) -> Block {
+        let mut block = Block::default();
+        for (index, record) in records.iter().enumerate() {
+            let (normal, facet) = facet_of(record);
+            if !facet.as_flattened().iter().all(|c| c.is_finite()) {
+                block.not_finite = Some((index, facet));
+                break;
+            }
+            block.tally.count(normal, &facet);
+            block.has_colours |= record[48] != 0 || record[49] != 0;
+        }
+        block
     }
 }
 

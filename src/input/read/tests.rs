@@ -237,6 +237,19 @@ fn corners_that_are_no_numbers_are_named_by_byte() {
 }
 
 #[test]
+fn of_many_corners_that_are_no_numbers_the_first_is_named() {
+    let mut facets = vec![[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]; 9000];
+    facets[8500][0][0] = f32::NAN;
+    facets[5003][2][1] = f32::INFINITY;
+    facets[5004][0][0] = f32::NAN;
+    let parts = ["facet 5004 of 9000", "y of corner 3", &format!("byte {}", 84 + 50 * 5003 + 12 + 4 * 7)];
+    assert_bad(binary(&facets), "stl-not-finite", &parts);
+    let mut reader = Reader::new(84 + 50 * 9000);
+    let first_error = binary(&facets).chunks(3001).find_map(|chunk| reader.push(chunk).err());
+    assert!(first_error.unwrap().to_string().contains("facet 5004 of 9000"));
+}
+
+#[test]
 fn normals_are_counted_and_never_decide() {
     let facet = &TETRAHEDRON[3];
     let normals = [
