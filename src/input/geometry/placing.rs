@@ -43,8 +43,8 @@ impl Placing {
     /// Returns the function from a corner to its world coordinates. The identity returns the file's number exactly.
     pub(crate) fn of_corners(self) -> impl Fn([f32; 3]) -> [f64; 3] + Sync {
         let stays = self == Placing::default();
-        move |corner| {
-            let file = corner.map(f64::from);
+        move |corner: [f32; 3]| {
+            let file = [f64::from(corner[0]), f64::from(corner[1]), f64::from(corner[2])];
             if stays { file } else { self.place(file) }
         }
     }
