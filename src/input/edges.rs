@@ -41,7 +41,7 @@ pub(crate) struct Use {
 }
 
 impl Use {
-    fn new(from: usize, to: usize, facet: usize) -> Use {
+    pub(crate) fn new(from: usize, to: usize, facet: usize) -> Use {
         Use { low: from.min(to), high: from.max(to), facet_and_direction: facet << 1 | usize::from(from > to) }
     }
 
@@ -215,11 +215,6 @@ impl Vertices {
         self.of_facets[facet].iter().position(|number| *number == vertex).unwrap_or(0)
     }
 
-    /// Number of facets with two or three equal corners.
-    pub(crate) fn n_collapsed(&self) -> usize {
-        self.of_facets.iter().filter(|facet| is_collapsed(facet)).count()
-    }
-
     /// Ranges of vertices whose edges have about so many uses that they are sorted at a time.
     pub(crate) fn ranges(&self) -> impl Iterator<Item = Range<usize>> + use<> {
         let (n, n_uses) = (self.n, 3 * self.n_facets());
@@ -271,11 +266,12 @@ pub(crate) fn directions(uses: &[Use]) -> [usize; 2] {
     [uses.len() - n_backward, n_backward]
 }
 
-/// What is not proper of an edge with these uses, if anything.
-pub(crate) fn bad_edge(uses: &[Use]) -> Option<BadEdge> {
-    match uses.len() {
-        1 => Some(BadEdge::Open),
-        2 => (directions(uses) != [1, 1]).then_some(BadEdge::Flipped),
+/// What is not proper of an edge with so many uses in either direction, if anything.
+pub(crate) fn bad_edge(directions: [usize; 2]) -> Option<BadEdge> {
+    match directions {
+        [1, 0] | [0, 1] => Some(BadEdge::Open),
+        [1, 1] => None,
+        [2, 0] | [0, 2] => Some(BadEdge::Flipped),
         _ => Some(BadEdge::Nonmanifold),
     }
 }
@@ -291,6 +287,18 @@ impl Groups {
     /// So many things, each alone.
     pub(crate) fn new(n: usize) -> Groups {
         Groups { parent: (0..n).map(|thing| thing as u32).collect(), n_joined: 0 }
+    }
+
+    /// Makes room for so many more things.
+    pub(crate) fn reserve(&mut self, n_more: usize) {
+        self.parent.reserve_exact(n_more);
+    }
+
+    /// Adds things behind these, in their groups.
+    pub(crate) fn append(&mut self, other: Groups) {
+        let n = self.parent.len() as u32;
+        self.parent.extend(other.parent.iter().map(|above| n + above));
+        self.n_joined += other.n_joined;
     }
 
     /// Things of which each names one that is not behind it: the first of its group, or one that is joined to that.

@@ -12,7 +12,7 @@ use crate::base::memory::{Held, List, Memory};
 use crate::base::sort::{par_sort, sort};
 use crate::grid::frame::{Frame, SnappedFacet, world};
 use crate::grid::lines::Lines;
-use crate::input::edges::{BadEdge, EDGES, Groups, Use, Vertices, bad_edge, each};
+use crate::input::edges::{BadEdge, EDGES, Groups, Use, Vertices, bad_edge, directions, each};
 use crate::input::geometry::Geometry;
 
 /// Bytes of a use while edges are grouped, at most: its edge, its corners, their groups, and its facet; while uses are sorted it is 40.
@@ -92,7 +92,7 @@ impl BadEdges {
         for range in vertices.ranges() {
             control.check()?;
             for uses in each(&vertices.uses(range)) {
-                if let Some(kind) = bad_edge(uses) {
+                if let Some(kind) = bad_edge(directions(uses)) {
                     of_kinds.iter_mut().filter(|of| of.0 == kind).try_for_each(|of| of.1.extend(uses))?;
                 }
             }
