@@ -184,9 +184,8 @@ impl Vertices {
         }
     }
 
-    fn place(&self, [x, y, z]: [u32; 3]) -> usize {
-        let hash = mixed(mixed(u64::from(x) << 32 | u64::from(y)) ^ u64::from(z));
-        hash as usize & (self.table.len() - 1)
+    fn place(&self, key: [u32; 3]) -> usize {
+        vertex_hash(key) as usize & (self.table.len() - 1)
     }
 
     fn grow(&mut self, key: &dyn Fn(usize, usize) -> [u32; 3]) {
@@ -249,6 +248,19 @@ fn is_collapsed(&[a, b, c]: &[usize; 3]) -> bool {
 /// The uses of each edge.
 pub(crate) fn each(uses: &[Use]) -> impl Iterator<Item = &[Use]> {
     uses.chunk_by(|one, next| one.pair() == next.pair())
+}
+
+/// The bits of a corner's coordinates in a file; equal exactly where the coordinates are.
+#[inline(always)]
+pub(crate) fn corner_key([x, y, z]: [f32; 3]) -> [u32; 3] {
+    // adding +0 turns -0 into +0 and leaves all else
+    [(x + 0.0).to_bits(), (y + 0.0).to_bits(), (z + 0.0).to_bits()]
+}
+
+/// A hash of a vertex with this key.
+#[inline(always)]
+pub(crate) fn vertex_hash([x, y, z]: [u32; 3]) -> u64 {
+    mixed((u64::from(x) << 32 | u64::from(y)) ^ u64::from(z).wrapping_mul(0x9e37_79b9_7f4a_7c15))
 }
 
 /// A bijection of 64 bits in which every bit depends on all: the finalizer of SplitMix64 (Steele, Lea and Flood 2014).

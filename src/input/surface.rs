@@ -20,7 +20,7 @@ use std::sync::{Mutex, PoisonError};
 use crate::base::error::Result;
 use crate::base::memory::{Held, Memory};
 use crate::base::parallel::*;
-use crate::input::edges::{Groups, directions, each, mixed};
+use crate::input::edges::{Groups, directions, each};
 use crate::input::geometry::Facet;
 
 mod chunk;
@@ -354,19 +354,6 @@ fn areas(facets: &[Facet]) -> Vec<(f64, u64)> {
         })
     };
     facets.chunks(AREAS_AT_ONCE).map(of_block).collect()
-}
-
-/// The coordinates' bits; equal exactly where the coordinates are.
-#[inline(always)]
-fn corner_key([x, y, z]: [f32; 3]) -> [u32; 3] {
-    // adding +0 turns -0 into +0 and leaves all else
-    [(x + 0.0).to_bits(), (y + 0.0).to_bits(), (z + 0.0).to_bits()]
-}
-
-/// A hash of a vertex with this key.
-#[inline(always)]
-fn vertex_hash([x, y, z]: [u32; 3]) -> u64 {
-    mixed((u64::from(x) << 32 | u64::from(y)) ^ u64::from(z).wrapping_mul(0x9e37_79b9_7f4a_7c15))
 }
 
 #[cfg(test)]

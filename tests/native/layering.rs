@@ -15,7 +15,7 @@ mod paths_of_command;
 /// The groups of `src/` and their modules, in the order of the line: each may use those before it. `gpu`, `web` and `bin` are one module each;
 /// `bin` and `web` stand side by side.
 const GROUPS: &[(&str, &[&str])] = &[
-    ("base", &["error", "finding", "memory", "control", "parallel", "sort", "checksum", "zlib", "length"]),
+    ("base", &["error", "finding", "parallel", "memory", "control", "sort", "checksum", "zlib", "length"]),
     ("input", &["geometry", "edges", "surface", "preview", "read", "job", "sources"]),
     ("grid", &["domain", "lines", "totals", "frame", "closed", "volume_bound", "rays", "window"]),
     ("cells", &["columns", "flags", "volumes", "fingerprint"]),

@@ -9,9 +9,8 @@
 use std::ops::Range;
 
 use super::tally::Tally;
-use super::{corner_key, vertex_hash};
 use crate::base::sort::sort;
-use crate::input::edges::{Groups, Use};
+use crate::input::edges::{Groups, Use, corner_key, vertex_hash};
 use crate::input::geometry::Facet;
 
 /// Facets of a chunk, unless it is the last.

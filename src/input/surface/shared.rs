@@ -9,9 +9,8 @@
 use std::ops::Range;
 
 use super::chunk::{Chunk, FACETS, OWN, Vertex};
-use super::vertex_hash;
 use crate::base::parallel::*;
-use crate::input::edges::Use;
+use crate::input::edges::{Use, vertex_hash};
 
 /// Uses that are sorted at a time, about, are a sixth of the number of facets, but not fewer than this.
 const LEAST_USES: usize = 1 << 18;

@@ -2,8 +2,7 @@
 //!
 //! Edges come in any order, and tallies of parts are added: neither changes what is found.
 
-use super::corner_key;
-use crate::input::edges::{BadEdge, bad_edge};
+use crate::input::edges::{BadEdge, bad_edge, corner_key};
 
 /// Length limit of [`super::Surface::worst_open_edges`].
 pub const MAX_WORST_OPEN_EDGES: usize = 10;
