@@ -1,6 +1,6 @@
 // Measures hexcast and other programs on the same files, in turn, and writes the tables of RESULTS.md.
-// usage: npm run bench -- [native | peers | page | big] [--quick] [--rounds R] [--runs K] [--largest N]
-// "big" opens a model of 2e7 facets on the page. By default "native" and "peers": all stages compared with VTK, then every program of peers.py. "page" measures the page in Chromium
+// usage: npm run bench -- [native | peers | facets | page | big] [--quick] [--rounds R] [--runs K] [--largest N]
+// "facets" times surfaces of many facets, and says which became slower. "big" opens a model of 2e7 facets on the page. By default "native" and "peers": all stages compared with VTK, then every program of peers.py. "page" measures the page in Chromium
 // and the command on the same driver. Needs cargo, and python3 with venv for the peers; takes some ten minutes.
 
 import { mkdtempSync, rmSync } from 'node:fs';
@@ -9,9 +9,10 @@ import path from 'node:path';
 import { parseArgs } from 'node:util';
 
 import { ensureNodeModules } from '../scripts/machine.mjs';
+import { benchFacets } from './facets.mjs';
 import { benchNative } from './native.mjs';
 import { benchPeers } from './peers.mjs';
-import { machine, programs, write } from './results.mjs';
+import { build, machine, programs, write } from './results.mjs';
 
 /**
  * What every bench gets: the programs, how often they run, and the numbers of cells along the longest axis.
@@ -24,6 +25,7 @@ import { machine, programs, write } from './results.mjs';
 const BENCHES = {
   native: benchNative,
   peers: benchPeers,
+  facets: benchFacets,
   page: async (bench) => (await inBrowser('page')).benchPage(bench),
   big: async (bench) => (await inBrowser('big')).benchBig(bench),
 };
@@ -54,13 +56,17 @@ const unknown = names.find((name) => !(name in BENCHES));
 if (unknown) throw new Error(`no bench is named ${unknown}: ${Object.keys(BENCHES).join(', ')}`);
 const folder = mkdtempSync(path.join(tmpdir(), 'hexcast-bench-'));
 process.on('exit', () => rmSync(folder, { recursive: true }));
-const built = names.some((name) => name !== 'big') ? programs(folder) : { stages: '', command: '', spheres: '', folder };
+/** What is built for each bench: all, the command alone, or nothing. */
+const none = { stages: '', command: '', spheres: '', folder };
+const needs = { all: () => programs(folder), command: () => ({ ...none, command: build(['bin', 'hexcast']) }), none: () => none };
+const most = names.some((name) => !['big', 'facets'].includes(name)) ? 'all' : names.includes('facets') ? 'command' : 'none';
+const built = needs[most]();
 const bench = { ...built, ...values, rounds: Number(values.rounds), sizes: values.quick ? [256] : [512, 1024] };
 for (const name of names) {
   const { adapter, text } = await BENCHES[name](bench);
-  const rounds =
-    name === 'big'
-      ? '* One run.'
-      : `* ${bench.rounds} rounds, programs in turn; ${bench.runs} runs a program and round after a first that does not count; medians.`;
+  /** @type {Record<string, string>} */
+  const alone = { big: '* One run.', facets: `* ${bench.runs} runs after a first that does not count; medians of wall time.` };
+  const inTurn = `* ${bench.rounds} rounds, programs in turn; ${bench.runs} runs a program and round after a first that does not count; medians.`;
+  const rounds = alone[name] ?? inTurn;
   write(name, [...machine(adapter), rounds, text].join('\n'));
 }

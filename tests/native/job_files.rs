@@ -134,6 +134,25 @@ fn an_option_overrides_a_bad_value_and_errors_are_in_words() {
 }
 
 #[test]
+fn an_option_leaves_keys_of_the_file_that_it_does_not_replace() {
+    let folder = Folder::new();
+    let [job, lines] = ["job.toml", "lines.json"].map(|name| folder.path(name));
+    let write =
+        |text: &str| std::fs::write(&job, format!("{text}\n[[geometries]]\nfile = '{}'\n", spot())).expect("written");
+    // of another name than the key, it asks for what the key gives
+    write("cells = 96\nzarr = { chunks = [8, 8, 8], shards = [16, 16, 16] }");
+    let parts = done(&["parts", "--job", &job, "--zarr", "--n", "3"]);
+    assert_eq!(parts, done(&["parts", "--job", &job, "--n", "3"]));
+    write("cells = 96");
+    assert_ne!(parts, done(&["parts", "--job", &job, "--zarr", "--n", "3"]));
+    // lines are the domain, so that they replace that of the file, and its padding
+    std::fs::write(&lines, r#"{"x": [-1, 0, 1], "y": [-1, 0, 2], "z": [-1, 0.5, 1]}"#).expect("written");
+    write("cells = 8\ndomain = [-1, -1, -1, 7, 5, 3]\npadding = { cells = 2 }");
+    let report = json(&["mesh", "--job", &job, "--lines", &lines, "--backend", "cpu", "--json"]);
+    assert_eq!(report["dims"], serde_json::json!([2, 2, 2]));
+}
+
+#[test]
 fn the_example_and_the_schema_are_printed() {
     let example = done(&["job", "example"]);
     assert!(example.contains("output = [\"part.vti\"") && example.contains("#dims = "));

@@ -1,16 +1,16 @@
-//! Numbers as people write them in arguments: 256, 1e6, 0.5, or several of them separated by commas.
+//! What the command line needs of a job: headings of its help, and numbers as people write them: 256, 1e6, 0.5, or several separated by commas.
 
 use std::fmt::Display;
 
 use super::PerAxis;
 
-/// Headings of the help.
+/// Heading in the help of what says where the cells are.
 pub const CELLS: &str = "Cells and domain";
-/// The same.
+/// Heading of what decides cells, and by what means.
 pub const METHOD: &str = "Method";
-/// The same.
+/// Heading of limits of memory.
 pub const MEMORY: &str = "Memory";
-/// The same.
+/// Heading of what says how files are written.
 pub const OUTPUT: &str = "Output";
 
 /// A kind of number that arguments have.

@@ -41,13 +41,16 @@ const OTHERS: &[(&str, &[&str])] = &[
     ("dims", CELLS),
     ("cell_size", CELLS),
     ("max_cell_size", &["cells", "dims", "cell_size", "max_cell_size", "lines", "graded"]),
-    ("lines", CELLS),
+    // they are the domain
+    ("lines", &["cells", "dims", "cell_size", "max_cell_size", "tolerance", "lines", "graded", "domain", "padding"]),
     ("graded", CELLS),
     ("domain", &["domain", "padding"]),
     ("padding_cells", &["padding"]),
     ("padding_length", &["padding"]),
     ("window", &["window", "part"]),
     ("part", &["window", "part"]),
+    // of `parts`: borders of shards, which the job's key may give
+    ("zarr", &[]),
     ("outputs", &["output"]),
     ("links", &["links_output"]),
     ("fractions", &["fractions_output"]),

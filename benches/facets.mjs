@@ -1,0 +1,119 @@
+// Times many facets: from file to columns, and `hexcast info`, beside what the machine needs to read and to hash the file, and beside the
+// figures of the last time, for bench.mjs. The models are made here and not kept.
+
+import { createHash } from 'node:crypto';
+import { closeSync, openSync, readFileSync, readSync, rmSync, writeFileSync, writeSync } from 'node:fs';
+import path from 'node:path';
+
+import { ROOT } from '../scripts/run.mjs';
+import { median, ms, output, table } from './results.mjs';
+
+/** Medians of the last time, in seconds, and the machine. */
+const RECORD = path.join(ROOT, 'benches/facets.json');
+/** A row that became slower by more is marked. */
+const TOLERANCE = 0.05;
+const CHUNK = 1 << 20;
+
+/**
+ * Writes the binary STL of a torus of 2 u v facets around z, strip by strip.
+ *
+ * @param {string} file
+ * @param {number} u facets around the axis
+ * @param {number} v and around the tube, half of them each
+ */
+function writeTorus(file, u, v) {
+  const out = openSync(file, 'w');
+  const head = Buffer.alloc(84);
+  head.writeUInt32LE(2 * u * v, 80);
+  writeSync(out, head);
+  const circle = Array.from({ length: v }, (_, j) => [
+    1 + 0.4 * Math.cos((2 * Math.PI * j) / v),
+    0.4 * Math.sin((2 * Math.PI * j) / v),
+  ]);
+  const strip = Buffer.alloc(100 * v);
+  for (let i = 0; i < u; i++) {
+    const sides = [i, (i + 1) % u].map((at) => [Math.cos((2 * Math.PI * at) / u), Math.sin((2 * Math.PI * at) / u)]);
+    for (let j = 0; j < v; j++) {
+      const corners = [0, 1].flatMap((down) =>
+        sides.map(([x, y]) => {
+          const [r, z] = circle[(j + down) % v];
+          return [r * x, r * y, z];
+        }),
+      );
+      const [a, b, d, c] = corners;
+      [a, b, c, a, c, d].forEach((corner, k) => {
+        corner.forEach((number, axis) => {
+          strip.writeFloatLE(number, 100 * j + 50 * Math.floor(k / 3) + 12 + 12 * (k % 3) + 4 * axis);
+        });
+      });
+    }
+    writeSync(out, strip);
+  }
+  closeSync(out);
+}
+
+/** Seconds that this machine takes to read a file, and to hash it as well, on one core. @param {string} file */
+function limits(file) {
+  const timed = (/** @type {(bytes: Buffer) => void} */ use) => {
+    const [start, from, chunk] = [performance.now(), openSync(file, 'r'), Buffer.alloc(CHUNK)];
+    for (let n = 1; n > 0; ) {
+      n = readSync(from, chunk);
+      use(chunk.subarray(0, n));
+    }
+    closeSync(from);
+    return (performance.now() - start) / 1000;
+  };
+  const hash = createHash('sha256');
+  // the first time brings the file into memory
+  timed(() => {});
+  return { read: timed(() => {}), hash: timed((bytes) => hash.update(bytes)) };
+}
+
+/** Seconds of a run of a program. @param {string} program @param {string[]} args */
+function seconds(program, args) {
+  const start = performance.now();
+  output(program, args);
+  return (performance.now() - start) / 1000;
+}
+
+/** Measures surfaces of many facets. @param {import('./bench.mjs').Bench} bench */
+export function benchFacets({ command, folder, runs, quick }) {
+  const file = path.join(folder, 'torus.stl');
+  /** @type {{ what: string, seconds: number, limit: string }[]} */
+  const rows = [];
+  const measure = (/** @type {string} */ what, /** @type {string} */ limit, /** @type {() => number} */ run) => {
+    rows.push({ what, limit, seconds: median(Array.from({ length: Number(runs) + 1 }, run).slice(1)) });
+  };
+  const mesh = (/** @type {string[]} */ ...args) => {
+    const report = JSON.parse(output(command, ['mesh', file, '--backend', 'cpu', '--json', ...args]));
+    return report.seconds.total;
+  };
+  measure('start of the program', '', () => seconds(command, ['--version']));
+  for (const [u, v] of quick
+    ? [[1000, 500]]
+    : [
+        [1000, 500],
+        [5000, 1000],
+        [5000, 2000],
+      ]) {
+    writeTorus(file, u, v);
+    const { read, hash } = limits(file);
+    const least = `read ${ms(read)}, read and hash ${ms(hash)}`;
+    const n = (2 * u * v).toLocaleString('en');
+    measure(`${n} facets, file to columns at 1024 cells`, least, () => mesh('--cells', '1024'));
+    measure(`info of ${n} facets`, least, () => seconds(command, ['info', file]));
+    rmSync(file);
+  }
+  /** @type {Record<string, number>} */
+  const before = JSON.parse(readFileSync(RECORD, 'utf8'));
+  const lines = rows.map(({ what, limit, seconds }) => {
+    const last = before[what];
+    const change = last ? `${seconds > last ? '+' : ''}${(100 * (seconds / last - 1)).toFixed(0)} %` : '';
+    const mark = seconds > last * (1 + TOLERANCE) ? ' slower' : '';
+    return [what, ms(seconds), limit, last ? ms(last) : '', change + mark];
+  });
+  const now = Object.fromEntries(rows.map(({ what, seconds }) => [what, Number(seconds.toPrecision(4))]));
+  writeFileSync(RECORD, `${JSON.stringify({ ...before, ...now }, null, 2)}\n`);
+  const text = table(['model', 'ms', 'least for the file on one core, ms', 'last time, ms', 'change'], lines);
+  return { adapter: 'CPU', text: `## Many facets: a torus, binary STL in the page cache\n\n${text}` };
+}
