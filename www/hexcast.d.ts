@@ -23,6 +23,7 @@ import type { Job } from './options.js';
 import type { Format, FormatFacts, Mesh } from './result.js';
 import './globals.js';
 
+export type * from './formats.js';
 export type * from './job.js';
 export type * from './options.js';
 export type * from './measured.js';
