@@ -56,11 +56,10 @@ const unknown = names.find((name) => !(name in BENCHES));
 if (unknown) throw new Error(`no bench is named ${unknown}: ${Object.keys(BENCHES).join(', ')}`);
 const folder = mkdtempSync(path.join(tmpdir(), 'hexcast-bench-'));
 process.on('exit', () => rmSync(folder, { recursive: true }));
-/** What is built for each bench: all, the command alone, or nothing. */
-const none = { stages: '', command: '', spheres: '', folder };
-const needs = { all: () => programs(folder), command: () => ({ ...none, command: build(['bin', 'hexcast']) }), none: () => none };
-const most = names.some((name) => !['big', 'facets'].includes(name)) ? 'all' : names.includes('facets') ? 'command' : 'none';
-const built = needs[most]();
+const command = names.includes('facets') ? build(['bin', 'hexcast']) : '';
+const built = names.some((name) => !['big', 'facets'].includes(name))
+  ? programs(folder)
+  : { stages: '', command, spheres: '', folder };
 const bench = { ...built, ...values, rounds: Number(values.rounds), sizes: values.quick ? [256] : [512, 1024] };
 for (const name of names) {
   const { adapter, text } = await BENCHES[name](bench);

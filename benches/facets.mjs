@@ -2,10 +2,11 @@
 // figures of the last time, for bench.mjs. The models are made here and not kept.
 
 import { createHash } from 'node:crypto';
-import { closeSync, openSync, readFileSync, readSync, rmSync, writeFileSync, writeSync } from 'node:fs';
+import { closeSync, openSync, readFileSync, readSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
 
 import { ROOT } from '../scripts/run.mjs';
+import { writeWave } from '../tests/e2e/wave.mjs';
 import { median, ms, output, table } from './results.mjs';
 
 /** Medians of the last time, in seconds, and the machine. */
@@ -13,44 +14,8 @@ const RECORD = path.join(ROOT, 'benches/facets.json');
 /** A row that became slower by more is marked. */
 const TOLERANCE = 0.05;
 const CHUNK = 1 << 20;
-
-/**
- * Writes the binary STL of a torus of 2 u v facets around z, strip by strip.
- *
- * @param {string} file
- * @param {number} u facets around the axis
- * @param {number} v and around the tube, half of them each
- */
-function writeTorus(file, u, v) {
-  const out = openSync(file, 'w');
-  const head = Buffer.alloc(84);
-  head.writeUInt32LE(2 * u * v, 80);
-  writeSync(out, head);
-  const circle = Array.from({ length: v }, (_, j) => [
-    1 + 0.4 * Math.cos((2 * Math.PI * j) / v),
-    0.4 * Math.sin((2 * Math.PI * j) / v),
-  ]);
-  const strip = Buffer.alloc(100 * v);
-  for (let i = 0; i < u; i++) {
-    const sides = [i, (i + 1) % u].map((at) => [Math.cos((2 * Math.PI * at) / u), Math.sin((2 * Math.PI * at) / u)]);
-    for (let j = 0; j < v; j++) {
-      const corners = [0, 1].flatMap((down) =>
-        sides.map(([x, y]) => {
-          const [r, z] = circle[(j + down) % v];
-          return [r * x, r * y, z];
-        }),
-      );
-      const [a, b, d, c] = corners;
-      [a, b, c, a, c, d].forEach((corner, k) => {
-        corner.forEach((number, axis) => {
-          strip.writeFloatLE(number, 100 * j + 50 * Math.floor(k / 3) + 12 + 12 * (k % 3) + 4 * axis);
-        });
-      });
-    }
-    writeSync(out, strip);
-  }
-  closeSync(out);
-}
+/** Points around the axis of the models: 1e6, 1e7 and 2e7 facets. */
+const POINTS = [1000, 3162, 4472];
 
 /** Seconds that this machine takes to read a file, and to hash it as well, on one core. @param {string} file */
 function limits(file) {
@@ -78,7 +43,7 @@ function seconds(program, args) {
 
 /** Measures surfaces of many facets. @param {import('./bench.mjs').Bench} bench */
 export function benchFacets({ command, folder, runs, quick }) {
-  const file = path.join(folder, 'torus.stl');
+  const file = path.join(folder, 'wave.stl');
   /** @type {{ what: string, seconds: number, limit: string }[]} */
   const rows = [];
   const measure = (/** @type {string} */ what, /** @type {string} */ limit, /** @type {() => number} */ run) => {
@@ -89,20 +54,12 @@ export function benchFacets({ command, folder, runs, quick }) {
     return report.seconds.total;
   };
   measure('start of the program', '', () => seconds(command, ['--version']));
-  for (const [u, v] of quick
-    ? [[1000, 500]]
-    : [
-        [1000, 500],
-        [5000, 1000],
-        [5000, 2000],
-      ]) {
-    writeTorus(file, u, v);
+  for (const points of quick ? POINTS.slice(0, 1) : POINTS) {
+    const n = writeWave(file, points).toLocaleString('en');
     const { read, hash } = limits(file);
     const least = `read ${ms(read)}, read and hash ${ms(hash)}`;
-    const n = (2 * u * v).toLocaleString('en');
     measure(`${n} facets, file to columns at 1024 cells`, least, () => mesh('--cells', '1024'));
     measure(`info of ${n} facets`, least, () => seconds(command, ['info', file]));
-    rmSync(file);
   }
   /** @type {Record<string, number>} */
   const before = JSON.parse(readFileSync(RECORD, 'utf8'));
@@ -115,5 +72,5 @@ export function benchFacets({ command, folder, runs, quick }) {
   const now = Object.fromEntries(rows.map(({ what, seconds }) => [what, Number(seconds.toPrecision(4))]));
   writeFileSync(RECORD, `${JSON.stringify({ ...before, ...now }, null, 2)}\n`);
   const text = table(['model', 'ms', 'least for the file on one core, ms', 'last time, ms', 'change'], lines);
-  return { adapter: 'CPU', text: `## Many facets: a torus, binary STL in the page cache\n\n${text}` };
+  return { adapter: '', text: `## Many facets: binary STL in the page cache\n\n${text}` };
 }

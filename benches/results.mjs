@@ -95,13 +95,13 @@ export const span = (numbers, write) => `${write(Math.min(...numbers))} - ${writ
 export const table = (head, rows) =>
   [head, head.map((_, column) => (column ? '---:' : '---')), ...rows].map((row) => `| ${row.join(' | ')} |`).join('\n');
 
-/** Lines about the machine. @param {string} adapter */
+/** Lines about the machine. @param {string} adapter that of the GPU, empty where none is used */
 export function machine(adapter) {
   const cores = cpus();
   const memory = (totalmem() / 2 ** 30).toFixed(0);
   return [
     `* Processor: ${cores[0].model.trim()}, ${cores.length} cores; ${memory} GiB of memory; ${process.platform} ${release()}.`,
-    `* GPU backend on: ${adapter}.`,
+    ...(adapter ? [`* GPU backend on: ${adapter}.`] : []),
     `* Date: ${new Date().toISOString().slice(0, 10)}. Load before the run: ${LOAD.toFixed(2)}.`,
   ];
 }

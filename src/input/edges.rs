@@ -85,18 +85,13 @@ const BLOCK: usize = 1 << 14;
 impl Vertices {
     /// None yet, of so many facets.
     pub(crate) fn new(n_facets: usize) -> Vertices {
-        // a closed surface has half as many vertices as facets
-        let table = vec![FREE; Vertices::first_places(n_facets)];
+        let table = vec![FREE; first_places(n_facets)];
         Vertices { of_facets: Vec::with_capacity(n_facets), n: 0, table, of_blocks: Vec::new() }
-    }
-
-    fn first_places(n_facets: usize) -> usize {
-        (n_facets / 3 * 2 + 16).next_power_of_two()
     }
 
     /// Bytes that it takes before a corner has its number.
     pub(crate) fn bytes_at_first(n_facets: usize) -> u64 {
-        (size_of::<[usize; 3]>() * n_facets + size_of::<usize>() * Vertices::first_places(n_facets)) as u64
+        (size_of::<[usize; 3]>() * n_facets + size_of::<usize>() * first_places(n_facets)) as u64
     }
 
     /// The same within a limit of memory, which `held` has of it.
@@ -248,6 +243,11 @@ fn is_collapsed(&[a, b, c]: &[usize; 3]) -> bool {
 /// The uses of each edge.
 pub(crate) fn each(uses: &[Use]) -> impl Iterator<Item = &[Use]> {
     uses.chunk_by(|one, next| one.pair() == next.pair())
+}
+
+/// Places of a table of the vertices of so many facets at first: a closed surface has half as many.
+pub(crate) fn first_places(n_facets: usize) -> usize {
+    (n_facets / 3 * 2 + 16).next_power_of_two()
 }
 
 /// The bits of a corner's coordinates in a file; equal exactly where the coordinates are.

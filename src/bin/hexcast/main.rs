@@ -110,8 +110,7 @@ fn main() -> ExitCode {
     let arguments = options::spelling::joined(std::env::args_os());
     let matches = |arguments: &[OsString]| {
         let command = options::spelling::with_negative_numbers(Cli::command());
-        let command = screen::help::with_options_for_keys(command);
-        screen::help::with_first_options(command).get_matches_from(arguments)
+        screen::help::where_asked(command, arguments).get_matches_from(arguments)
     };
     let mut given = matches(&arguments);
     options::job_files::leave_out(options::job_options::overridden(&given));

@@ -104,20 +104,6 @@ pub struct RunJob {
     pub verbose: bool,
 }
 
-impl RunJob {
-    /// The names of all keys.
-    #[doc(hidden)]
-    pub fn keys() -> &'static [&'static str] {
-        names::<RunJob>()
-    }
-
-    /// The value of a key as JSON; null where it has none.
-    #[doc(hidden)]
-    pub fn value(&self, key: &str) -> serde_json::Value {
-        serde_json::to_value(self).map_or_else(|_| serde_json::Value::Null, |mut keys| keys[key].take())
-    }
-}
-
 /// A name, or several.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -231,13 +217,13 @@ fn with_run_keys(error: Error) -> Error {
     if !message.contains("; keys are `geometries`") {
         return error;
     }
-    let keys: Vec<String> = RunJob::keys().iter().map(|key| format!("`{key}`")).collect();
+    let keys: Vec<String> = names::<RunJob>().iter().map(|key| format!("`{key}`")).collect();
     let keys = keys.join(", ");
     Error::new(error.code(), format!("{message}, {keys}"), error.hint())
 }
 
 fn is_of_run(key: &str) -> bool {
-    RunJob::keys().contains(&key)
+    names::<RunJob>().contains(&key)
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ use std::ops::Range;
 
 use super::tally::Tally;
 use crate::base::sort::sort;
-use crate::input::edges::{Groups, Use, corner_key, vertex_hash};
+use crate::input::edges::{Groups, Use, corner_key, first_places, vertex_hash};
 use crate::input::geometry::Facet;
 
 /// Facets of a chunk, unless it is the last.
@@ -320,11 +320,6 @@ fn edges([a, b, c]: [usize; 3]) -> [(usize, usize); 3] {
 /// The part of a vertex with this key.
 fn part(key: [u32; 3]) -> usize {
     (vertex_hash(key) >> (u64::BITS - PARTS.trailing_zeros())) as usize
-}
-
-/// Places of a table of so many facets at first: a closed surface has half as many vertices.
-fn first_places(n_facets: usize) -> usize {
-    (n_facets / 3 * 2 + 16).next_power_of_two()
 }
 
 /// The vertices of facets, and their keys, in the order in which they come.

@@ -35,7 +35,7 @@ pub(super) fn number_parts(chunks: &mut [Chunk], parts: Range<usize>) -> Vec<usi
 
 fn number_part(mut of_chunks: Vec<&mut [Vertex]>) -> usize {
     let n: usize = of_chunks.iter().map(|vertices| vertices.len()).sum();
-    let mut table = vec![FREE; (n / 3 * 4 + 4).next_power_of_two()];
+    let mut table = vec![FREE; n_places(n)];
     let mut all: Vec<Distinct> = Vec::with_capacity(n);
     let mut index_of = Vec::with_capacity(n);
     let mut n_shared = 0;
@@ -69,8 +69,12 @@ fn number_part(mut of_chunks: Vec<&mut [Vertex]>) -> usize {
 
 /// Most bytes that a part of so many vertices takes.
 pub(super) fn most_bytes_of_part(n: usize) -> u64 {
-    let table = (n / 3 * 4 + 4).next_power_of_two();
-    (n * (size_of::<Distinct>() + size_of::<usize>()) + table * size_of::<usize>()) as u64
+    (n * (size_of::<Distinct>() + size_of::<usize>()) + n_places(n) * size_of::<usize>()) as u64
+}
+
+/// Places of the table of so many vertices.
+fn n_places(n: usize) -> usize {
+    (n / 3 * 4 + 4).next_power_of_two()
 }
 
 /// Number of classes that so many uses of edges of so many facets are put in: each is a pass over all facets, so that there are at most 18.

@@ -150,7 +150,7 @@ impl MeasuredArguments {
         if self.links.is_some() {
             let links = job.links.get_or_insert_default();
             links.stencil = self.stencil.unwrap_or(links.stencil);
-            links.fluid = self.fluid.clone().unwrap_or(std::mem::take(&mut links.fluid));
+            links.fluid = self.fluid.clone().unwrap_or_else(|| std::mem::take(&mut links.fluid));
         }
         job.periodic = self.periodic.clone().unwrap_or_else(|| std::mem::take(&mut job.periodic));
         if self.fractions.is_some() {

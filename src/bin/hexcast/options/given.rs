@@ -4,9 +4,10 @@ use clap::parser::ValueSource;
 use clap::{ArgMatches, Args, Command, FromArgMatches};
 use hexcast::job::Job;
 use hexcast::{Error, Result};
+use serde::Serialize;
 use serde_json::{Map, Value};
 
-/// A struct whose fields are arguments, and the names of those that were given: a value may be that by default, too.
+/// A struct whose fields are arguments, and the names of those that were given.
 pub(crate) struct Given<T> {
     keys: T,
     given: Vec<String>,
@@ -33,8 +34,9 @@ impl Given<Job> {
     }
 }
 
-fn keys_of(job: &Job) -> Result<Map<String, Value>> {
-    match serde_json::to_value(job).map_err(failed)? {
+/// The keys of a struct that have a value, in their order.
+pub(crate) fn keys_of(keys: &impl Serialize) -> Result<Map<String, Value>> {
+    match serde_json::to_value(keys).map_err(failed)? {
         Value::Object(keys) => Ok(keys),
         // a struct has keys
         _ => Ok(Map::new()),
@@ -45,11 +47,14 @@ fn failed(error: serde_json::Error) -> Error {
     Error::new("job-value", format!("the options as keys of a job: {error}"), "")
 }
 
+/// The names of clap of what the command line has; a value may be that by default, too.
+pub(crate) fn given(matches: &ArgMatches) -> impl Iterator<Item = &str> {
+    matches.ids().map(|id| id.as_str()).filter(|id| matches.value_source(id) == Some(ValueSource::CommandLine))
+}
+
 impl<T: FromArgMatches> FromArgMatches for Given<T> {
     fn from_arg_matches(matches: &ArgMatches) -> std::result::Result<Given<T>, clap::Error> {
-        let ids = matches.ids().map(|id| id.as_str());
-        let given = ids.filter(|id| matches.value_source(id) == Some(ValueSource::CommandLine)).map(String::from);
-        Ok(Given { given: given.collect(), keys: T::from_arg_matches(matches)? })
+        Ok(Given { given: given(matches).map(String::from).collect(), keys: T::from_arg_matches(matches)? })
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> std::result::Result<(), clap::Error> {

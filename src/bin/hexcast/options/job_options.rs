@@ -4,14 +4,16 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use clap::ArgMatches;
-use clap::parser::ValueSource;
 use hexcast::files::place::folder_of;
 use hexcast::job::{Job, JobFile, RunJob};
 use hexcast::{Error, Result};
 use serde_json::Value;
 
 use crate::files::{ledger::Output, output_file::PendingFile, standard_streams};
-use crate::options::job_files::{is_json, read_job_file};
+use crate::options::{
+    given::{given, keys_of},
+    job_files::{is_json, read_job_file},
+};
 
 /// The arguments of `hexcast mesh` with the options of its job file that they do not have. None where there are none.
 ///
@@ -23,8 +25,8 @@ pub(crate) fn with_options_of_job(matches: &ArgMatches, arguments: &[OsString]) 
     let run = read_job_file(path)?.run;
     let folder =
         if standard_streams::is_standard(path) { Path::new("") } else { path.parent().unwrap_or(Path::new("")) };
-    let is_given = |id: &str| of_mesh.value_source(id) == Some(ValueSource::CommandLine);
-    let options = options(&run, folder).into_iter().filter(|(id, _)| !is_given(id) && !is_excluded(id, &is_given));
+    let is_given = |id: &str| given(of_mesh).any(|given| given == id);
+    let options = options(&run, folder)?.into_iter().filter(|(id, _)| !is_given(id) && !is_excluded(id, &is_given));
     let options: Vec<OsString> = options.map(|(_, option)| option).collect();
     if options.is_empty() {
         return Ok(None);
@@ -41,8 +43,9 @@ const OTHERS: &[(&str, &[&str])] = &[
     ("dims", CELLS),
     ("cell_size", CELLS),
     ("max_cell_size", &["cells", "dims", "cell_size", "max_cell_size", "lines", "graded"]),
+    ("lines", CELLS),
     // they are the domain
-    ("lines", &["cells", "dims", "cell_size", "max_cell_size", "tolerance", "lines", "graded", "domain", "padding"]),
+    ("lines", &["domain", "padding"]),
     ("graded", CELLS),
     ("domain", &["domain", "padding"]),
     ("padding_cells", &["padding"]),
@@ -62,11 +65,9 @@ const CELLS: &[&str] = &["cells", "dims", "cell_size", "max_cell_size", "toleran
 /// Keys of a job file that options of the command line override: those of the same names, where nothing else is said.
 pub(crate) fn overridden(matches: &ArgMatches) -> Vec<String> {
     let Some((_, of_command)) = matches.subcommand() else { return Vec::new() };
-    let ids = of_command.ids().map(|id| id.as_str());
-    let given = ids.filter(|id| of_command.value_source(id) == Some(ValueSource::CommandLine));
-    let keys = given.flat_map(|id| {
-        let others = OTHERS.iter().find(|(option, _)| *option == id).map(|(_, keys)| keys.to_vec());
-        others.unwrap_or_else(|| vec![id])
+    let keys = given(of_command).flat_map(|id| {
+        let others: Vec<_> = OTHERS.iter().filter(|(option, _)| *option == id).map(|(_, keys)| *keys).collect();
+        if others.is_empty() { vec![id] } else { others.concat() }
     });
     keys.map(String::from).collect()
 }
@@ -93,24 +94,25 @@ const RENAMED: [(&str, &str); 4] = [
 const FILES: [&str; 7] = ["output", "report", "doubt", "links_output", "fractions_output", "staggered_output", "spill"];
 
 /// The names of clap and the arguments, one each, with `=`.
-fn options(run: &RunJob, folder: &Path) -> Vec<(&'static str, OsString)> {
+fn options(run: &RunJob, folder: &Path) -> Result<Vec<(String, OsString)>> {
     let place = |name: &str| -> OsString {
         let is_elsewhere = name == standard_streams::NAME || name.contains("://");
         if is_elsewhere { name.into() } else { folder.join(name).into_os_string() }
     };
     let text = |key: &str, text: &str| if FILES.contains(&key) { place(text) } else { text.into() };
     let mut options = Vec::new();
-    for &key in RunJob::keys() {
+    for (key, value) in keys_of(run)? {
+        let key = key.as_str();
         let id = RENAMED.iter().find(|(other, _)| *other == key).map_or(key, |(_, id)| id);
         // clap's name of the option --output is another than the option's
         let option = if key == "output" { key.into() } else { id.replace('_', "-") };
         let mut put = |value: OsString| {
             let mut argument = OsString::from(format!("--{option}="));
             argument.push(value);
-            options.push((id, argument));
+            options.push((id.into(), argument));
         };
-        match run.value(key) {
-            Value::Bool(true) => options.push((id, format!("--{option}").into())),
+        match value {
+            Value::Bool(true) => options.push((id.into(), format!("--{option}").into())),
             Value::String(one) if key != "map" || !one.is_empty() => put(text(key, &one)),
             Value::Number(number) => put(number.to_string().into()),
             Value::Array(list) if key == "output" => {
@@ -127,7 +129,7 @@ fn options(run: &RunJob, folder: &Path) -> Vec<(&'static str, OsString)> {
             _ => {}
         }
     }
-    options
+    Ok(options)
 }
 
 /// A picture as the JSON that its option takes, with the place of its file; no name stays none, which the option refuses.

@@ -1,5 +1,7 @@
 //! The help of `hexcast mesh`: ten options first, all of them and the formats where more is asked for.
 
+use std::ffi::OsString;
+
 use clap::Command;
 use clap::builder::StyledStr;
 use hexcast::export::Exporter;
@@ -41,8 +43,18 @@ const IN_COMMAND: [(&str, &str); 4] = [
     ("axis", "Auto takes the longest, or the first of those nearly as long"),
 ];
 
+/// Words the help where the arguments ask for it: every start of the program would pay for it otherwise.
+pub(crate) fn where_asked(command: Command, arguments: &[OsString]) -> Command {
+    let is_group = |text: &str| text.starts_with('-') && !text.starts_with("--");
+    let asks = |text: &str| matches!(text, "--help" | "help") || is_group(text) && text.contains('h');
+    match arguments.iter().filter_map(|argument| argument.to_str()).any(asks) {
+        true => with_first_options(with_options_for_keys(command)),
+        false => command,
+    }
+}
+
 /// Says options where the sentences of a key name other keys of a job: `cell_size` is --cell-size here.
-pub(crate) fn with_options_for_keys(command: Command) -> Command {
+fn with_options_for_keys(command: Command) -> Command {
     command.mut_subcommands(|command| {
         let options: Vec<String> =
             command.get_opts().filter_map(|option| option.get_long()).map(String::from).collect();
@@ -68,7 +80,7 @@ pub(crate) fn with_options_for_keys(command: Command) -> Command {
 }
 
 /// Gives `mesh` a short help of its first options.
-pub(crate) fn with_first_options(command: Command) -> Command {
+fn with_first_options(command: Command) -> Command {
     command.mut_subcommand("mesh", |mesh| {
         let n_options = mesh.get_opts().count() + mesh.get_positionals().count();
         let rest = format!("{EXAMPLES}\n\nAll {n_options} arguments, and the formats: hexcast mesh --help");
