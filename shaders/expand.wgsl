@@ -1,6 +1,6 @@
 // Expands the flags of a slab of cells from the runs of its rays: a thread makes a word, four bytes of rows along x, which come y before z.
 // A byte is the flag of a cell, or a bit for each of eight cells, 1 where its flag is not 0. The bytes of a row after its cells are 0.
-// Twin: `src/cells/flags.rs`. Callers on other devices run it, too: it uses no other file.
+// Twin: `crates/core/src/cells/flags.rs`. Callers on other devices run it, too: it uses no other file.
 // Reads: slab; offsets[rays + 1], the first run of ray i + n_i * j over the axes across, and the end; runs, cell << 8 | flag, ascending in
 // each ray, with cells counted from the first of the slab. Cells before the first run of a ray have flag 0.
 // Reads and writes: flags[(skip + row_bytes * n_y * n_z + 3) / 4], 0 at first; slabs may share a word.

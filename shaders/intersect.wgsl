@@ -2,7 +2,7 @@
 // steps from ray to ray and from row to row (Eq. 17-19), as fixed-point numbers of 32 bits after the point, rounded down. Seven
 // rays and seven rows on, such a height is less than 15 / 2^32 cell too low: where that could change a cell, the margin makes map
 // leave the row to the deep kernels, which are exact. If all three numbers are exact, so are all heights.
-// Twin: `src/stages/facet.rs`.
+// Twin: `crates/core/src/stages/facet.rs`.
 // Reads: corners, bin_offsets, found and its totals (see lattice).
 // Writes: tiles[2 t ..] = hits of rows 0 to 3, of rows 4 to 7, 8 bits a row; cell and fraction of the height;
 //         cells of the steps, i in the low half, j in the high; fraction of step i; of step j; tag, where

@@ -1,5 +1,5 @@
 // Casts the rays of the deep rows against a batch of facets, with exact quotients, and writes their crossings row by row.
-// Twin: `src/stages/crossings.rs`.
+// Twin: `crates/core/src/stages/crossings.rs`.
 // Reads: corners, item_offsets; chunks (see chunks.wgsl), unless all rows are deep.
 // Reads and writes: next_event, events (see events.wgsl).
 // Bound: that of items.wgsl and walk.wgsl, and for each bin 64 crossings: ITEMS is smaller here.

@@ -1,6 +1,6 @@
 // Casts all rows of rays against a batch of facets where cells differ in size, with exact heights in units, and writes their
 // crossings row by row: what intersect_deep does for equal cells.
-// Twin: `src/stages/crossings/graded.rs`.
+// Twin: `crates/core/src/stages/crossings/graded.rs`.
 // Reads: corners, item_offsets, centres (see graded.wgsl).
 // Reads and writes: next_event, events (see events.wgsl).
 // Bound: that of items.wgsl and graded.wgsl, and for each bin 64 crossings with a search each: an item is a thread's work.

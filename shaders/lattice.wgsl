@@ -1,5 +1,5 @@
 // Finds what each facet hits in each bin (Eq. 13-15): counts the facets of a bin, by the layer of their lowest corner, and lists them,
-// so that the rays are tested once. Twins: `src/stages/lattice.rs`, and `src/stages/facet.rs` for the hits.
+// so that the rays are tested once. Twins: `crates/core/src/stages/lattice.rs`, and `crates/core/src/stages/facet.rs` for the hits.
 // Reads: corners, item_offsets.
 // Writes: bin_counts[bin * n_layers + layer], one entry more than these, cleared before.
 //         found[k] = (facet, bin of the band << RANK_BITS | rank, hits of rows 0 to 3, of rows 4 to 7), in no order, for k < tile_capacity.

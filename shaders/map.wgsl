@@ -5,7 +5,7 @@
 // Where a row gets crowded, the crossings before the end of the layer are swept, and only those that opened a geometry stay.
 // Left to the deep kernels are rows with more open crossings than places, with a height too near to a centre for the tile's numbers,
 // rays that do not leave all they enter (but for one geometry), and bins with more than MAX_TILES tiles.
-// Twins: `src/stages/crossings.rs`, `src/stages/map.rs`.
+// Twins: `crates/core/src/stages/crossings.rs`, `crates/core/src/stages/map.rs`.
 // Reads: bin_offsets, tiles (see intersect), layer_ends[layer]: no crossing of a later layer is in a cell before it.
 // Writes: chunks (see chunks.wgsl), runs, and adds to totals. A run is cell << 8 | (rank + 1 of the geometry that wins, or 0).
 //         A segment holds the runs of a part of the row: ray after ray, four runs a place and each ray from a new place on.

@@ -1,6 +1,6 @@
 // Sorts the crossings of a deep row and sweeps them into runs: a workgroup a row, any geometries, either rule.
 // Rows with more than MAX_EVENTS crossings, rays with more than MAX_OF_RAY, and rays that do not leave all they enter are left to
-// the CPU definition. Twin: `src/stages/map.rs`.
+// the CPU definition. Twin: `crates/core/src/stages/map.rs`.
 // Reads: event_offsets[row], n_deep + 1 entries. Reads and writes: events[event_offsets[row] ..], sorted and then overwritten by runs,
 // cell << 8 | (rank + 1 of the geometry that wins, or 0); the second half of the buffer, event_capacity words, is for the sort.
 // Writes: deep_rows[16 row ..] = first run of each of the 8 rays in `events`, then their numbers; or LEFT in the first word.

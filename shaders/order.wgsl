@@ -1,7 +1,7 @@
 // Puts the runs of a band into the order of the rays, with flags for ranks, where they stay on the device. It runs twice: first it counts
 // the runs of each ray, and when these numbers are scanned it writes the runs. A thread takes a ray, from its last run to its first,
 // as segments are linked. A run whose flag is that of the run before it is left out.
-// Twin: `src/gpu/runs.rs`.
+// Twin: `crates/gpu/src/runs.rs`.
 // Reads: chunks, runs (see map), deep_rows, events (see map_deep), sources.
 // Reads and writes: offsets[rays of the band + 1]: the runs of each ray, or when scanned the first run of each, counted from that of the
 // mesh, and the end. Writes: ordered[base of the band + ..] = cell << 8 | flag, ascending in each ray; adds to found.

@@ -1,4 +1,4 @@
-// Asks a device for what all kernels rely on; `src/gpu/probe.rs` knows the answers. One workgroup.
+// Asks a device for what all kernels rely on; `crates/gpu/src/probe.rs` knows the answers. One workgroup.
 // Writes: answers, and k to the first word of buffer_k: eight storage buffers in one stage.
 // Bound: LOOPS + 32 loops an invocation.
 

@@ -1,101 +1,7 @@
 #![doc = include_str!("../docs/rust.md")]
-// without the command some stages have fewer callers
-#![cfg_attr(not(feature = "cli"), allow(dead_code))]
 // what is public names stages that errors come from
 #![allow(rustdoc::private_intra_doc_links)]
 
-// The groups, each on those before it. They are open to the tests, benchmarks and the command of hexcast, and change without notice; what
-// callers may rely on is passed on below.
-
-#[doc(hidden)]
-pub mod base {
-    pub mod checksum;
-    pub mod control;
-    pub mod error;
-    pub mod finding;
-    pub mod length;
-    pub mod memory;
-    pub mod parallel;
-    pub mod sort;
-    pub mod zlib;
-}
-#[doc(hidden)]
-pub mod input {
-    pub mod edges;
-    pub mod geometry;
-    pub mod job;
-    pub mod preview;
-    pub mod read;
-    pub mod sources;
-    pub mod surface;
-}
-#[doc(hidden)]
-pub mod grid {
-    pub mod closed;
-    pub mod domain;
-    pub mod frame;
-    pub mod lines;
-    pub mod rays;
-    pub mod totals;
-    pub mod volume_bound;
-    pub mod window;
-}
-#[doc(hidden)]
-pub mod cells {
-    pub mod columns;
-    pub mod fingerprint;
-    pub mod flags;
-    pub mod volumes;
-}
-#[doc(hidden)]
-pub mod stages {
-    pub mod axis_crossings;
-    pub mod cast;
-    pub mod cpu;
-    pub mod crossings;
-    pub mod facet;
-    pub mod inside;
-    pub mod lattice;
-    pub mod map;
-    pub mod snapping;
-}
-#[doc(hidden)]
-pub mod open_surfaces {
-    pub mod doubt;
-    pub mod open;
-    pub mod overlay;
-    pub mod sheet;
-}
-#[doc(hidden)]
-pub mod derived {
-    pub mod certificate;
-    pub mod cut;
-    pub mod difference;
-    pub mod fractions;
-    pub mod gaps;
-    pub mod leak;
-    pub mod links;
-    pub mod mesh;
-    pub mod shells;
-    pub mod skin;
-    pub mod staggered;
-    pub mod walls;
-}
-#[doc(hidden)]
-pub mod output {
-    #[cfg(any(feature = "pictures", feature = "export"))]
-    pub mod colours;
-    #[cfg(feature = "export")]
-    pub mod export;
-    pub mod measured;
-    #[cfg(feature = "pictures")]
-    pub mod picture;
-    pub mod report;
-    pub mod shards;
-    pub mod write;
-}
-#[cfg(feature = "gpu")]
-pub mod gpu;
 #[doc(hidden)]
 pub mod meshing {
     pub mod converge;
@@ -104,33 +10,82 @@ pub mod meshing {
     pub mod files;
     #[cfg(not(target_arch = "wasm32"))]
     pub mod machine;
+    pub mod measured;
     #[cfg(not(target_arch = "wasm32"))]
     pub mod mesher;
     pub mod parts;
     pub mod pipeline;
+    pub mod report;
 }
 #[cfg(all(feature = "web", target_arch = "wasm32"))]
 pub mod web;
 
-pub use base::control::{self, Control};
-pub use base::error::{self, Error, Result};
-pub use base::{finding, length, memory};
-pub use cells::columns;
-pub use derived::mesh::{self, Mesh};
-pub use derived::{cut, difference, fractions, gaps, leak, links, skin, staggered, walls};
-pub use grid::lines;
-pub use input::job::{self, GeometryJob, Job};
-pub use input::sources::{self, Source};
-pub use input::{geometry, read, surface};
+/// # Example
+/// ```
+/// # use hexcast::{Control, GeometryJob, Job, Mesher, MesherOptions, Source, job::BackendChoice, pipeline::MeshOptions};
+/// use hexcast::difference::difference;
+///
+/// # let [o, x, y, z] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+/// # let source = Source::from_facets("body", vec![[o, y, x], [o, x, z], [o, z, y], [x, y, z]])?;
+/// # let mut mesher = Mesher::new(MesherOptions::default().with_backend(BackendChoice::Cpu))?;
+/// # let mut mesh_of = |flag| {
+/// #     let mut job = Job::new(vec![GeometryJob::new("body")]);
+/// #     (job.cells, job.geometries[0].flag) = (Some(20), Some(flag));
+/// #     mesher.mesh_sources(&job, vec![source.clone()], &MeshOptions::default(), &Control::default())
+/// # };
+/// # let ((before, _), (after, _)) = (mesh_of(1)?, mesh_of(3)?);
+/// let found = difference(&before, &after, u64::MAX, &Control::default())?;
+/// assert!(found.cells > 1000);
+/// // all of them had flag 1, and have flag 3
+/// assert_eq!((found.pairs.len(), found.pairs[0].one, found.pairs[0].other), (1, 1, 3));
+/// assert_eq!(found.mask.flag(found.pairs[0].first)?, 1);
+/// # Ok::<(), hexcast::Error>(())
+/// ```
+#[doc(inline)]
+pub use hexcast_core::difference;
+#[doc(inline)]
+pub use hexcast_core::{
+    Control, Error, GeometryJob, Job, Mesh, Result, Source, columns, control, cut, error, finding, fractions, gaps,
+    geometry, job, leak, length, lines, links, memory, mesh, read, skin, sources, staggered, surface, walls,
+};
+#[cfg(feature = "export")]
+#[doc(inline)]
+pub use hexcast_files::export;
+/// # Example
+/// ```
+/// # use hexcast::{Control, GeometryJob, Job, Mesher, MesherOptions, Source, job::BackendChoice, pipeline::MeshOptions};
+/// use hexcast::picture::{Look, Place, Slices, View, slices, view};
+///
+/// # let [o, x, y, z] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+/// # let source = Source::from_facets("body", vec![[o, y, x], [o, x, z], [o, z, y], [x, y, z]])?;
+/// # let mut job = Job::new(vec![GeometryJob::new("body")]);
+/// # job.cells = Some(20);
+/// # let mut mesher = Mesher::new(MesherOptions::default().with_backend(BackendChoice::Cpu))?;
+/// # let (mesh, _) = mesher.mesh_sources(&job, vec![source], &MeshOptions::default(), &Control::default())?;
+/// // two planes across z, with a legend below
+/// let planes = Slices::at(&mesh, &[2], &[Place::Percent(25.0), Place::Coordinate(0.5)])?;
+/// let picture = slices(&mesh, &planes.with_look(Look::default().with_size(300)), &Control::default())?;
+/// let png: Vec<u8> = picture.png()?;
+///
+/// let from_above = View::default().with_direction([30.0, 60.0]);
+/// let seen = view(&mesh, &from_above, &Control::default())?;
+/// assert_eq!(seen.width(), 1000 + 2 * 12);
+/// # assert_eq!(&png[1..4], b"PNG");
+/// # Ok::<(), hexcast::Error>(())
+/// ```
+#[cfg(feature = "pictures")]
+#[doc(inline)]
+pub use hexcast_files::picture;
+#[doc(inline)]
+pub use hexcast_files::write::column_file;
+#[doc(inline)]
+pub use hexcast_files::{shards, write};
+#[cfg(feature = "gpu")]
+#[doc(inline)]
+pub use hexcast_gpu as gpu;
+pub use meshing::measured::{self, Measured};
 #[cfg(not(target_arch = "wasm32"))]
 pub use meshing::mesher::{self, Mesher, MesherOptions};
-pub use meshing::{converge, estimate, parts, pipeline};
+pub use meshing::{converge, estimate, parts, pipeline, report};
 #[cfg(not(target_arch = "wasm32"))]
 pub use meshing::{files, machine};
-#[cfg(feature = "export")]
-pub use output::export;
-pub use output::measured::{self, Measured};
-#[cfg(feature = "pictures")]
-pub use output::picture;
-pub use output::write::{self, column_file};
-pub use output::{report, shards};

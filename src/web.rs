@@ -11,15 +11,15 @@ use js_sys::{Function, Promise};
 use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::JsFuture;
 
-use crate::base::control::{CancelToken, Control, Progress};
-use crate::base::error::Error;
-use crate::input::job::{BackendChoice, Job};
-use crate::input::sources::Source;
 use crate::meshing::converge::converge;
 use crate::meshing::estimate::EstimateSteps;
+use crate::meshing::measured::Measured;
 use crate::meshing::pipeline::{self, Engine, MeshOptions, Prepared, SpillTarget};
-use crate::output::measured::Measured;
-use crate::output::report::{CallerFacts, Report};
+use crate::meshing::report::{CallerFacts, Report};
+use hexcast_core::base::control::{CancelToken, Control, Progress};
+use hexcast_core::base::error::Error;
+use hexcast_core::input::job::{BackendChoice, Job};
+use hexcast_core::input::sources::Source;
 
 mod arrays;
 mod difference;
@@ -54,13 +54,13 @@ pub fn version() -> String {
 /// WGSL of the kernel that makes flags of [`WebMesh::box_runs`].
 #[wasm_bindgen(js_name = expandText)]
 pub fn expand_text() -> String {
-    crate::gpu::expand_text().to_string()
+    hexcast_gpu::expand_text().to_string()
 }
 
 /// All error codes, comma-separated, for the test that holds the types to them.
 #[wasm_bindgen(js_name = errorCodes)]
 pub fn error_codes() -> String {
-    crate::base::error::CODES.iter().map(|(code, ..)| *code).collect::<Vec<_>>().join(",")
+    hexcast_core::base::error::CODES.iter().map(|(code, ..)| *code).collect::<Vec<_>>().join(",")
 }
 
 /// Cancels one call.
@@ -143,7 +143,7 @@ impl WebEstimate {
 /// Where devices come from: `navigator.gpu` as it is when this is made.
 #[wasm_bindgen]
 pub struct WebGpu {
-    instance: crate::gpu::Instance,
+    instance: hexcast_gpu::Instance,
 }
 
 #[wasm_bindgen]
@@ -152,7 +152,7 @@ impl WebGpu {
     #[wasm_bindgen(constructor)]
     #[expect(clippy::new_without_default, reason = "a JavaScript constructor")]
     pub fn new() -> WebGpu {
-        WebGpu { instance: crate::gpu::instance() }
+        WebGpu { instance: hexcast_gpu::instance() }
     }
 }
 

@@ -9,15 +9,15 @@ use std::fs::File;
 use std::io::Read;
 use std::time::Instant;
 
-use hexcast::cells::flags::{expand, expand_bits, expand_into_zeros, flags_of_box, n_bytes_of_bits, n_cells};
 use hexcast::columns::Columns;
 use hexcast::control::Control;
-use hexcast::grid::frame::Frame;
 use hexcast::job::{GeometryJob, Job, Rule};
 use hexcast::pipeline::{Engine, Prepared, prepare};
 use hexcast::read::Reader;
 use hexcast::sources::Source;
-use hexcast::stages::cast::Cast;
+use hexcast_core::cells::flags::{expand, expand_bits, expand_into_zeros, flags_of_box, n_bytes_of_bits, n_cells};
+use hexcast_core::grid::frame::Frame;
+use hexcast_core::stages::cast::Cast;
 use memmap2::{MmapMut, MmapOptions};
 use rayon::prelude::*;
 use serde::Serialize;

@@ -10,7 +10,7 @@ use clap::Parser;
 use hexcast::gpu::Gpu;
 use hexcast::job::{AxisChoice, BackendChoice, Rule};
 use hexcast::pipeline::Engine;
-use hexcast::stages::cast::Cast;
+use hexcast_core::stages::cast::Cast;
 use serde_json::json;
 
 mod cases;

@@ -7,9 +7,9 @@ use std::time::Instant;
 
 use hexcast::control::Control;
 use hexcast::gpu::{Gpu, Kernel, Options, Params};
-use hexcast::stages::cast::{BIN, Cast};
-use hexcast::stages::crossings::{Crossings, crossings_of_window};
-use hexcast::stages::lattice::{Lattice, lattice};
+use hexcast_core::stages::cast::{BIN, Cast};
+use hexcast_core::stages::crossings::{Crossings, crossings_of_window};
+use hexcast_core::stages::lattice::{Lattice, lattice};
 use serde::Serialize;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 use wgpu::{BindGroupEntry, Buffer, BufferUsages, ComputePipeline};

@@ -5,17 +5,17 @@ use std::time::Instant;
 
 use hexcast::control::Control;
 use hexcast::gpu::{Gpu, Options};
-use hexcast::stages::cast::Cast;
-use hexcast::stages::cpu;
-use hexcast::stages::crossings::crossings;
-use hexcast::stages::lattice::{Lattice, lattice};
-use hexcast::stages::map::{Mapping, map};
+use hexcast_core::stages::cast::Cast;
+use hexcast_core::stages::cpu;
+use hexcast_core::stages::crossings::crossings;
+use hexcast_core::stages::lattice::{Lattice, lattice};
+use hexcast_core::stages::map::{Mapping, map};
 use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::line::lap;
 
-/// Ray rows of a strip; `hexcast::stages::cpu` takes more or fewer, by the length of a row.
+/// Ray rows of a strip; `hexcast_core::stages::cpu` takes more or fewer, by the length of a row.
 const STRIP: u32 = 16;
 
 /// Name and seconds of a pass.

@@ -12,9 +12,9 @@ use std::time::Instant;
 use hexcast::columns::{Columns, flag_at};
 use hexcast::control::Control;
 use hexcast::job::Rule;
-use hexcast::stages::cast::Cast;
-use hexcast::stages::cpu;
-use hexcast::stages::lattice::{Lattice, lattice};
+use hexcast_core::stages::cast::Cast;
+use hexcast_core::stages::cpu;
+use hexcast_core::stages::lattice::{Lattice, lattice};
 use serde::Serialize;
 
 use crate::line::{Ready, lap, ready};

@@ -1,4 +1,4 @@
-// A facet as the rays see it. Twin: `src/stages/facet.rs`. `docs/widths.md` says what proves the widths.
+// A facet as the rays see it. Twin: `crates/core/src/stages/facet.rs`. `docs/widths.md` says what proves the widths.
 // Reads: corners[3 f + axis].xyz: the three corners, snapped, axes in the order (across, across, along);
 //        corners[3 f].w: rank; corners[3 f + 1].w: layer of its lowest corner along the rays.
 // Four words at a time: drivers that run 8 threads in a vector load thread by thread, and pay a load, not a word.

@@ -1,6 +1,6 @@
 // Where rays and centres are where cells differ in size, and the walk over the bins of an item there. Places are in units: F is 0.
 // A facet hits a ray iff all three q >= 0, with q = A (x - X) + B (y - Y), less 1 where a tie counts as outside: 55 bits at most.
-// Twins: `src/stages/crossings/graded.rs`, `ends_of_bin` in `src/stages/lattice.rs`, and `src/grid/frame/centres.rs`.
+// Twins: `crates/core/src/stages/crossings/graded.rs`, `ends_of_bin` in `crates/core/src/stages/lattice.rs`, and `crates/core/src/grid/frame/centres.rs`.
 // Reads: centres, ascending: of the n_i rays along the first axis across, of the depth cells along the rays, of all rows of rays.
 // Bound: SEARCH_LOOPS for each of 4 searches an item; for each bin BIN rays, BIN rows, and BIN rays of each row.
 

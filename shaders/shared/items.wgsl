@@ -1,6 +1,6 @@
 // The items of the lattice, shared by all kernels that walk over it, so that they find the same bins.
 // An item is a facet with up to SEGMENT bins of one row of bins under its box. A thread takes an equal share of the items, ITEMS at
-// most: no facet, however large, is one thread's work. Twin: `for_each_bin` in `src/stages/lattice.rs`.
+// most: no facet, however large, is one thread's work. Twin: `for_each_bin` in `crates/core/src/stages/lattice.rs`.
 // What is done in the bins of an item, start_walk and next_hits, is in walk.wgsl, or in graded.wgsl where cells differ in size.
 // Reads: item_offsets[f], the number of items of all facets before f, n_facets + 1 entries.
 // Bound: 32 steps to find the facet of an item, SEGMENT bins.

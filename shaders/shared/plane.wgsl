@@ -1,4 +1,4 @@
-// The plane of a facet over the rays of one bin (Eq. 17-19). Twin: `src/stages/facet.rs`.
+// The plane of a facet over the rays of one bin (Eq. 17-19). Twin: `crates/core/src/stages/facet.rs`.
 
 struct Plane {
     height: vec3<u32>,  // at the bin's first ray, over the base cell, times the area, rounded down to cells

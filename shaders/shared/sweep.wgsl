@@ -1,5 +1,5 @@
 // Up to eight crossings of a ray, sorted, and their sweep into runs, for any geometries and either rule. Without branches: drivers that
-// run 8 threads in a vector pay for each variable that a branch changes. Twin: `src/stages/map.rs`.
+// run 8 threads in a vector pay for each variable that a branch changes. Twin: `crates/core/src/stages/map.rs`.
 
 // Stands for no crossing, and for no run; sorts above all.
 const NO_EVENT: u32 = 0xffffffffu;

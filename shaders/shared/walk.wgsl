@@ -1,5 +1,5 @@
 // The walk over the bins of an item where rays are equally far from each other: q of the three edges, from bin to bin.
-// Twin: `for_each_bin` in `src/stages/lattice.rs`.
+// Twin: `for_each_bin` in `crates/core/src/stages/lattice.rs`.
 // Bound: BIN rows of a bin; with items.wgsl under 2^14 loops an invocation.
 
 struct Walk {

@@ -6,14 +6,15 @@
 
 use serde::Serialize;
 
-use crate::base::control::Control;
-use crate::base::error::{Error, Result};
-use crate::derived::mesh::Mesh;
-use crate::input::geometry::Geometry;
-use crate::input::job::Job;
-use crate::input::sources::{Source, geometries};
 use crate::meshing::pipeline::{self, Engine, MeshOptions};
-use crate::output::write::{Compress, Format, Options, Sink, column_file, exact_size};
+use hexcast_core::base::control::Control;
+use hexcast_core::base::error::{Error, Result};
+use hexcast_core::derived::mesh::Mesh;
+use hexcast_core::input::geometry::Geometry;
+use hexcast_core::input::job::Job;
+use hexcast_core::input::sources::{Source, geometries};
+use hexcast_core::set;
+use hexcast_files::write::{Compress, Format, Options, Sink, column_file, exact_size};
 
 /// Flags that are looked at at a time.
 const SLAB: usize = 1 << 26;
@@ -88,7 +89,7 @@ pub async fn converge(
     let of_job = geometries(job, sources.to_vec())?;
     let mut levels = Vec::new();
     for &cells in sizes {
-        let job = Job { cells: Some(cells), ..job.clone() };
+        let job = set!(Job { cells: Some(cells), ..job.clone() });
         let (mesh, facts) = pipeline::mesh(&job, sources.to_vec(), &MeshOptions::default(), engine, control).await?;
         let areas = areas(&mesh, control).await?;
         let flags = facts.flags.iter().map(|found| {
@@ -111,7 +112,7 @@ pub async fn converge(
         let (flags, seconds) = (flags.collect(), facts.seconds.lines + facts.seconds.snap + facts.seconds.columns);
         let column_bytes = column_bytes(&mesh, control).await?;
         let flag_bytes = exact_size(&mesh, Format::Raw, &Options::default()).unwrap_or(mesh.n_cells());
-        let spacing = mesh.lines.smallest();
+        let spacing = mesh.lines().smallest();
         levels.push(Level { dims: mesh.dims(), spacing, seconds, column_bytes, flag_bytes, flags });
     }
     Ok(levels)
@@ -144,7 +145,7 @@ fn projected<'a>(geometries: impl Iterator<Item = &'a Geometry>) -> [f64; 3] {
 /// # Errors
 /// `lines-graded` where cells differ in size; those of [`Mesh::for_each_slab`].
 pub async fn areas(mesh: &Mesh, control: &Control) -> Result<Vec<[f64; 3]>> {
-    let Some(spacing) = mesh.lines.spacing() else {
+    let Some(spacing) = mesh.lines().spacing() else {
         let message = "cells differ in size, and faces are counted between equal ones";
         return Err(Error::new("lines-graded", message, "use equal cells (cells, dims, cell_size)"));
     };

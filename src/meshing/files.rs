@@ -10,12 +10,12 @@ use std::fs::File;
 use std::io::ErrorKind;
 use std::path::Path;
 
-use crate::base::control::Control;
-use crate::base::error::{Error, Result};
-use crate::base::memory::Memory;
-use crate::base::parallel::*;
-use crate::input::job::{GeometryJob, Job};
-use crate::input::sources::Source;
+use hexcast_core::base::control::Control;
+use hexcast_core::base::error::{Error, Result};
+use hexcast_core::base::memory::Memory;
+use hexcast_core::base::parallel::*;
+use hexcast_core::input::job::{GeometryJob, Job};
+use hexcast_core::input::sources::Source;
 
 pub use file_store::FileStore;
 pub use written_folder::WrittenFolder;

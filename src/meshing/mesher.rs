@@ -4,16 +4,16 @@
 
 use std::time::Instant;
 
-use crate::base::control::Control;
-use crate::base::error::Result;
-use crate::derived::mesh::Mesh;
-#[cfg(feature = "gpu")]
-use crate::gpu::{Device, DeviceMesh, Gpu, Queue};
-use crate::input::job::{BackendChoice, Job};
-use crate::input::sources::Source;
 use crate::meshing::files::read_job_files;
 use crate::meshing::pipeline::{self, Engine, MeshOptions};
-use crate::output::report::{CallerFacts, Report};
+use crate::meshing::report::{CallerFacts, Report};
+use hexcast_core::base::control::Control;
+use hexcast_core::base::error::Result;
+use hexcast_core::derived::mesh::Mesh;
+use hexcast_core::input::job::{BackendChoice, Job};
+use hexcast_core::input::sources::Source;
+#[cfg(feature = "gpu")]
+use hexcast_gpu::{Device, DeviceMesh, Gpu, Queue};
 
 /// Which backend a [`Mesher`] opens.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]

@@ -7,10 +7,10 @@
 //! Costs are whole numbers, summed exactly, so that every process finds the same parts.
 //! Cost: one pass over the corners.
 
-use crate::base::error::{Error, Result};
-use crate::grid::lines::Lines;
-use crate::grid::rays::Rays;
-use crate::input::geometry::{Facet, Geometry};
+use hexcast_core::base::error::{Error, Result};
+use hexcast_core::grid::lines::Lines;
+use hexcast_core::grid::rays::Rays;
+use hexcast_core::input::geometry::{Facet, Geometry};
 
 /// What a crossing costs, in rays; measured with 64 spheres on the CPU backend.
 const RAYS_OF_CROSSING: f64 = 4.0;

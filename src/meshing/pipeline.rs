@@ -14,33 +14,34 @@
 
 use web_time::Instant;
 
-use crate::base::control::Control;
-use crate::base::error::{Error, Result};
-use crate::base::finding::{Finding, in_order_of_codes, sentences};
-use crate::cells::columns::Columns;
-use crate::cells::fingerprint::flags_hash;
-use crate::cells::volumes::Volumes;
-use crate::derived::certificate::{Certificate, DEFAULT_THIN_CELLS};
-use crate::derived::gaps::{self, Gaps, NAME};
-use crate::derived::mesh::{Mesh, Named};
-use crate::derived::walls::Candidates;
-use crate::grid::closed::{BadEdges, Closed};
-use crate::grid::frame::Frame;
-use crate::grid::lines::{Grading, Lines, about_fine_cells, residuals};
-use crate::grid::rays::Rays;
-use crate::grid::volume_bound::BoundSums;
-use crate::input::geometry::{Fill, Geometry};
-use crate::input::job::Job;
-use crate::input::sources::Source;
-use crate::open_surfaces::doubt::Doubt;
-use crate::open_surfaces::overlay::{self, Overlay};
-use crate::output::report::{
+use crate::meshing::report::{
     CallerFacts, CertificateReport, DeviceCheck, DoubtReport, FillReport, FlagReport, FractionsReport, GeometryReport,
     InputReport, LinksReport, MAX_BOXES, MeshFacts, OpenReport, PeakBytes, Report, Seconds, StaggeredReport,
     WindowReport, WindowSums, WithoutCells, flag_reports, is_cut, thick_flags,
 };
-use crate::stages::cast::Cast;
-use crate::stages::snapping::Snapped;
+use hexcast_core::base::control::Control;
+use hexcast_core::base::error::{Error, Result};
+use hexcast_core::base::finding::{Finding, in_order_of_codes, sentences};
+use hexcast_core::cells::columns::Columns;
+use hexcast_core::cells::fingerprint::flags_hash;
+use hexcast_core::cells::volumes::Volumes;
+use hexcast_core::derived::certificate::{Certificate, DEFAULT_THIN_CELLS};
+use hexcast_core::derived::gaps::{self, Gaps, NAME};
+use hexcast_core::derived::mesh::{Mesh, Named};
+use hexcast_core::derived::walls::Candidates;
+use hexcast_core::grid::closed::{BadEdges, Closed};
+use hexcast_core::grid::frame::Frame;
+use hexcast_core::grid::lines::{Grading, Lines, about_fine_cells, residuals};
+use hexcast_core::grid::rays::Rays;
+use hexcast_core::grid::volume_bound::BoundSums;
+use hexcast_core::input::geometry::{Fill, Geometry};
+use hexcast_core::input::job::Job;
+use hexcast_core::input::sources::Source;
+use hexcast_core::open_surfaces::doubt::Doubt;
+use hexcast_core::open_surfaces::overlay::{self, Overlay};
+use hexcast_core::set;
+use hexcast_core::stages::cast::Cast;
+use hexcast_core::stages::snapping::Snapped;
 
 mod borders;
 mod effective;
@@ -83,7 +84,7 @@ use window_report::window_report;
 ///
 /// # Errors
 /// Those of [`prepare`], [`Frame::new`], [`Engine::columns`], [`crate::meshing::estimate::Estimate::needed_bytes`] and
-/// [`crate::cells::columns::ColumnsBuilder::resume`].
+/// [`ColumnsBuilder::resume`](hexcast_core::cells::columns::ColumnsBuilder::resume).
 pub async fn mesh(
     job: &Job,
     sources: Vec<Source>,
@@ -134,7 +135,7 @@ async fn bare_report(
     }
     let mut clock = Instant::now();
     check(&prepare(job, sources.to_vec())?)?;
-    let bare = Job { halo: None, halo_edge: None, ..job.clone() };
+    let bare = set!(Job { halo: None, halo_edge: None, ..job.clone() });
     let (options, control) = (MeshOptions::default(), control.without_progress());
     match meshed(&bare, sources.to_vec(), (&options, &|_| Ok(()), false), engine, &control).await {
         Ok((_, facts)) => {
@@ -234,7 +235,7 @@ async fn meshed(
     };
     let measured_seconds = uncut_frame.map(|_| lap(&mut clock));
     let is_merged = job.part.is_some() && prepared.halo == 0;
-    let begins_rays = prepared.halo == 0 && cells[0][columns.rays.axis] == 0;
+    let begins_rays = prepared.halo == 0 && cells[0][columns.rays().axis] == 0;
     let runs = match is_merged || begins_rays {
         true => Some(uncut.runs(&columns, cells, (engine, &budget, control)).await?),
         false => None,
@@ -252,7 +253,9 @@ async fn meshed(
             ];
             let meshed = match near == cells {
                 true => None,
-                false => Some(uncut.columns((near, columns.rays.axis), bytes_left, (engine, &budget, control)).await?),
+                false => {
+                    Some(uncut.columns((near, columns.rays().axis), bytes_left, (engine, &budget, control)).await?)
+                }
             };
             plates.uncovered((meshed.as_ref().unwrap_or(&columns), near[0]), &prepared, &beyond)?
         }
@@ -260,7 +263,7 @@ async fn meshed(
     };
     let walls = walls.map(|walls| walls.walls(&columns, |face| beyond.moved(face))).transpose()?;
     let columns = beyond.around(columns)?;
-    let (lines, rays) = (prepared.mesh_lines(), columns.rays);
+    let (lines, rays) = (prepared.mesh_lines(), *columns.rays());
     let mut geometries: Vec<GeometryReport> =
         prepared.geometries.iter().zip(bad_edges).map(|(geometry, bad)| GeometryReport::new(geometry, bad)).collect();
     let n_cells = columns.cells_per_flag();
@@ -327,7 +330,7 @@ async fn meshed(
     findings.extend(certificate.iter().flat_map(|certificate| certificate.findings(&lines)));
     findings.extend(covered);
     let mesh = Mesh::new(lines.clone(), columns, names, prepared.unit.clone())?.with_plates(plates).with_walls(walls);
-    let columns = &mesh.columns;
+    let columns = mesh.columns();
     // a geometry may well have no cell in a window
     let has_whole = prepared.window.is_none();
     let mut without_cells = match has_whole || is_merged {

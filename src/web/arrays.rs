@@ -5,7 +5,7 @@ use wasm_bindgen::prelude::*;
 
 use super::mesh::WebMesh;
 use super::values::{JsResult, js_error};
-use crate::output::write::Array;
+use hexcast_files::write::Array;
 
 /// An array as `www/core/arrays.js` reads it.
 #[derive(Serialize)]

@@ -6,10 +6,10 @@ use super::info::json;
 use super::mesh::WebMesh;
 use super::values::{JsResult, js_error};
 use super::work::Work;
-use crate::derived::difference::{Difference, difference_with_rests};
-use crate::input::job::ZarrJob;
-use crate::output::measured::Measured;
-use crate::output::report::ColumnsReport;
+use crate::meshing::measured::Measured;
+use crate::meshing::report::ColumnsReport;
+use hexcast_core::derived::difference::{Difference, difference_with_rests};
+use hexcast_core::input::job::ZarrJob;
 
 /// A comparison at work.
 #[wasm_bindgen]

@@ -1,5 +1,6 @@
 //! Files for JavaScript, encoded piece by piece as they are read.
 
+use hexcast_core::set;
 use sha2::{Digest, Sha256};
 use wasm_bindgen::prelude::*;
 
@@ -8,13 +9,13 @@ use super::mesh::WebMesh;
 use super::resting::Resting;
 use super::values::{JsResult, js_error};
 use super::write_options::WriteOptions;
-use crate::base::checksum::hex;
-use crate::base::error::{Error, Result};
-use crate::derived::mesh::Mesh;
-use crate::output::export::{self, ExportOptions};
-use crate::output::measured::Measured;
-use crate::output::write::cells::Cells;
-use crate::output::write::{self, Compress, Format, Options, Written, archive, links};
+use crate::meshing::measured::Measured;
+use hexcast_core::base::checksum::hex;
+use hexcast_core::base::error::{Error, Result};
+use hexcast_core::derived::mesh::Mesh;
+use hexcast_files::export::{self, ExportOptions};
+use hexcast_files::write::cells::Cells;
+use hexcast_files::write::{self, Compress, Format, Options, Written, archive, links};
 
 /// Bytes of a piece of a file.
 const PIECE_BYTES: usize = 4 << 20;
@@ -37,7 +38,7 @@ fn format_of(ending: &str) -> Result<Format> {
 impl WebMesh {
     /// Bytes of an uncompressed file before it is made; none where they depend on the flags, or what it is of was not measured.
     pub fn size(&self, format: &str, bits: bool) -> JsResult<Option<f64>> {
-        let options = Options { bits, ..Options::default() };
+        let options = set!(Options { bits, ..Options::default() });
         let size = match (exporter_of(format), parts_of(format)) {
             (Some(exporter), _) => export::exact_size(&self.mesh, exporter, &ExportOptions::default()),
             (None, ("links", _)) => self.measured.links().ok().map(links::n_bytes),
@@ -62,7 +63,7 @@ impl WebMesh {
         let options = WriteOptions::read(options).map_err(js_error)?.of_mesh(PIECE_BYTES);
         write::around(&self.mesh, Format::Raw, &options).map_err(js_error)?;
         let n_bytes = write::exact_size(&self.mesh, Format::Raw, &options).unwrap_or(0);
-        let written = Written { n_bytes, sha256 };
+        let written = Written::new(n_bytes, sha256);
         Ok(write::sidecar_json(&self.mesh, &options, &written))
     }
 
@@ -82,7 +83,7 @@ impl WebMesh {
         let (mesh, measured, compress) = (self.mesh.clone(), self.measured.clone(), given.compress());
         if let Some(exporter) = exporter {
             let WriteOptions { ascii, export_flags: flags, .. } = given;
-            let options = ExportOptions { flags, ascii, compress, ..ExportOptions::default() };
+            let options = set!(ExportOptions { flags, ascii, compress, ..ExportOptions::default() });
             return export_work(mesh, exporter, options);
         }
         match parts_of(name) {

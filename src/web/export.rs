@@ -4,12 +4,12 @@ use std::io::Write;
 use std::rc::Rc;
 
 use super::resting::Resting;
-use crate::base::error::{Error, Result};
-use crate::derived::mesh::Mesh;
-use crate::output::export::{ExportOptions, Exporter, Files, export_with_rests, write_links};
-use crate::output::measured::Measured;
-use crate::output::write::Compress;
-use crate::output::write::archive::{Archive, Buffer};
+use crate::meshing::measured::Measured;
+use hexcast_core::base::error::{Error, Result};
+use hexcast_core::derived::mesh::Mesh;
+use hexcast_files::export::{ExportOptions, Exporter, Files, export_with_rests, write_links};
+use hexcast_files::write::Compress;
+use hexcast_files::write::archive::{Archive, Buffer};
 
 /// Flags of a slab, or those of a plane where that has more: a cell becomes up to some hundred bytes.
 const SLAB_BYTES: usize = 1 << 18;

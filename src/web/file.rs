@@ -5,7 +5,7 @@ use std::io;
 use wasm_bindgen::prelude::*;
 
 use super::values::{forget, keep, kept};
-use crate::cells::columns::{Store, sealed};
+use hexcast_core::cells::columns::{Store, sealed};
 
 #[wasm_bindgen]
 extern "C" {

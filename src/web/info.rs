@@ -2,10 +2,10 @@
 
 use serde::Serialize;
 
-use crate::input::geometry::Geometry;
-use crate::input::sources::Source;
-use crate::input::surface::Surface;
 use crate::meshing::pipeline::Engine;
+use hexcast_core::input::geometry::Geometry;
+use hexcast_core::input::sources::Source;
+use hexcast_core::input::surface::Surface;
 
 /// Writes plain data as JSON.
 pub(super) fn json(value: &impl Serialize) -> String {

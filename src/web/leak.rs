@@ -6,10 +6,10 @@ use wasm_bindgen::prelude::*;
 use super::WebJob;
 use super::mesh::WebMesh;
 use super::values::{JsResult, js_error};
-use crate::base::control::Control;
-use crate::base::error::{Error, Result};
-use crate::derived::leak::{Answer, Question, leak};
-use crate::input::sources::geometries;
+use hexcast_core::base::control::Control;
+use hexcast_core::base::error::{Error, Result};
+use hexcast_core::derived::leak::{Answer, Question, leak};
+use hexcast_core::input::sources::geometries;
 
 /// Most bytes for the search where the caller does not say.
 const DEFAULT_BYTES: u64 = 1 << 30;
@@ -31,7 +31,7 @@ impl Asked {
         let Asked { from, to, flags, max_memory } = serde_path_to_error::deserialize(&mut json).map_err(|error| {
             Error::new("job-value", format!("{} of the leak: {}", error.path(), error.inner()), hint)
         })?;
-        Ok(Question { from, to, flags, max_bytes: max_memory.unwrap_or(DEFAULT_BYTES) })
+        Ok(Question::new(from, to).with_flags(flags).with_max_bytes(max_memory.unwrap_or(DEFAULT_BYTES)))
     }
 }
 

@@ -7,17 +7,17 @@ use wasm_bindgen::prelude::*;
 
 use super::file::{JsFile, JsFileStore};
 use super::values::{JsResult, js_error};
-use crate::base::control::Control;
-use crate::base::error::Error;
-use crate::cells::columns::BoxRuns;
-use crate::cells::flags::CellBox;
-use crate::derived::mesh::Mesh;
-use crate::derived::skin::{skin, slice};
-use crate::grid::lines::Lines;
-use crate::input::job::ZarrJob;
-use crate::output::measured::Measured;
-use crate::output::report::ColumnsReport;
-use crate::output::write::column_file;
+use crate::meshing::measured::Measured;
+use crate::meshing::report::ColumnsReport;
+use hexcast_core::base::control::Control;
+use hexcast_core::base::error::Error;
+use hexcast_core::cells::columns::BoxRuns;
+use hexcast_core::cells::flags::CellBox;
+use hexcast_core::derived::mesh::Mesh;
+use hexcast_core::derived::skin::{skin, slice};
+use hexcast_core::grid::lines::Lines;
+use hexcast_core::input::job::ZarrJob;
+use hexcast_files::write::column_file;
 
 /// Most bytes for the index of an opened file and for what was read of it last.
 const OPENED_BYTES: u64 = 1 << 30;
@@ -63,23 +63,23 @@ impl WebMesh {
     /// Axis of the rays.
     #[wasm_bindgen(js_name = rayAxis)]
     pub fn ray_axis(&self) -> u32 {
-        self.mesh.columns.rays.axis as u32
+        self.mesh.columns().rays().axis as u32
     }
 
     /// Number of runs and bytes of the columns.
     #[wasm_bindgen(js_name = columnFacts)]
     pub fn column_facts(&self) -> Vec<f64> {
-        vec![self.mesh.columns.n_runs() as f64, self.mesh.columns.n_bytes() as f64]
+        vec![self.mesh.columns().n_runs() as f64, self.mesh.columns().n_bytes() as f64]
     }
 
     /// Packed runs of a ray: first cell << 8 | flag.
     pub fn ray(&self, i: u32, j: u32) -> JsResult<Vec<u32>> {
-        let rays = &self.mesh.columns.rays;
+        let rays = &self.mesh.columns().rays();
         if i >= rays.counts[0] || j >= rays.counts[1] {
             let message = format!("ray ({i}, {j}) is not one of {} x {}", rays.counts[0], rays.counts[1]);
             return Err(js_error(Error::new("job-value", message, "")));
         }
-        let ray = self.mesh.columns.ray(u64::from(i) + u64::from(rays.counts[0]) * u64::from(j));
+        let ray = self.mesh.columns().ray(u64::from(i) + u64::from(rays.counts[0]) * u64::from(j));
         Ok(ray.map_err(js_error)?.into_owned())
     }
 
@@ -87,7 +87,7 @@ impl WebMesh {
     pub fn rays(&self, first: f64, n_rays: u32) -> JsResult<Vec<u32>> {
         let mut packed = Vec::new();
         for ray in first as u64..first as u64 + u64::from(n_rays) {
-            let runs = self.mesh.columns.ray(ray).map_err(js_error)?;
+            let runs = self.mesh.columns().ray(ray).map_err(js_error)?;
             packed.push(runs.len() as u32);
             packed.extend_from_slice(&runs);
         }
@@ -134,14 +134,14 @@ impl WebMesh {
     /// The stair-step surface.
     pub fn skin(&self, max_quads: f64) -> JsResult<WebSkin> {
         let skin = skin(&self.mesh, max_quads as usize, None, &Control::default()).map_err(js_error)?;
-        Ok(WebSkin { skin, lines: self.mesh.lines.clone() })
+        Ok(WebSkin { skin, lines: self.mesh.lines().clone() })
     }
 }
 
 /// A stair-step surface.
 #[wasm_bindgen]
 pub struct WebSkin {
-    skin: crate::derived::skin::Skin,
+    skin: hexcast_core::derived::skin::Skin,
     lines: Lines,
 }
 

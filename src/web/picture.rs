@@ -1,11 +1,12 @@
 //! Pictures for JavaScript, drawn in steps.
 
+use hexcast_core::set;
 use wasm_bindgen::prelude::*;
 
 use super::mesh::{WebMesh, cell_box};
 use super::values::{JsResult, js_error};
 use super::work::Work;
-use crate::output::picture::{Look, Place, Slices, View, slices_with_rests, view_with_rests};
+use hexcast_files::picture::{Look, Place, Slices, View, slices_with_rests, view_with_rests};
 
 /// How a picture looks.
 #[wasm_bindgen]
@@ -16,7 +17,7 @@ impl WebLook {
     /// Takes pixels, the flags that are shown, colours as `flag << 24 | rgb`, and most bytes of memory.
     #[wasm_bindgen(constructor)]
     pub fn new(size: Option<u32>, flags: Vec<u8>, colours: &[u32], max_bytes: f64) -> WebLook {
-        let look = Look { size, ..Look::default().with_flags(flags).with_max_bytes(max_bytes as u64) };
+        let look = set!(Look { size, ..Look::default().with_flags(flags).with_max_bytes(max_bytes as u64) });
         let coloured = colours.iter().map(|packed| packed.to_be_bytes());
         WebLook(coloured.fold(look, |look, [flag, rgb @ ..]| look.with_colour(flag, rgb)))
     }

@@ -4,9 +4,9 @@
 use std::future::Future;
 
 use super::work::Work;
-use crate::base::control::Control;
-use crate::base::error::Result;
-use crate::output::write::archive::Buffer;
+use hexcast_core::base::control::Control;
+use hexcast_core::base::error::Result;
+use hexcast_files::write::archive::Buffer;
 
 /// A file while it is made.
 pub(super) struct Resting {

@@ -7,13 +7,13 @@ use wasm_bindgen::prelude::*;
 
 use super::info;
 use super::values::{JsResult, js_error};
-use crate::base::checksum::hex;
-use crate::base::error::Error;
-use crate::input::geometry::{Facet, Geometry, Measuring, SharedFacets};
-use crate::input::preview::Preview;
-use crate::input::read::Reader;
-use crate::input::sources::Source;
-use crate::input::surface::{Surface, SurfaceCheck};
+use hexcast_core::base::checksum::hex;
+use hexcast_core::base::error::Error;
+use hexcast_core::input::geometry::{Facet, Geometry, Measuring, SharedFacets};
+use hexcast_core::input::preview::Preview;
+use hexcast_core::input::read::Reader;
+use hexcast_core::input::sources::Source;
+use hexcast_core::input::surface::{Surface, SurfaceCheck};
 
 /// Reads a file, slice by slice.
 #[wasm_bindgen]

@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use wasm_bindgen::prelude::*;
 
 use super::info;
-use crate::base::error::Error;
+use hexcast_core::base::error::Error;
 
 pub(super) type JsResult<T> = std::result::Result<T, JsValue>;
 

@@ -5,8 +5,8 @@ use std::mem::take;
 use std::pin::Pin;
 use std::task::{Context, Poll, Waker};
 
-use crate::base::control::Control;
-use crate::base::error::{Error, Result};
+use hexcast_core::base::control::Control;
+use hexcast_core::base::error::{Error, Result};
 
 /// Work and, once it is done, what it made.
 pub(super) struct Work<T> {

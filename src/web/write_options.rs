@@ -1,11 +1,12 @@
 //! The options of a file, as JavaScript gives them.
 
+use hexcast_core::set;
 use serde::Deserialize;
 
 use super::export::names_of;
-use crate::base::error::{Error, Result};
-use crate::output::export::Exporter;
-use crate::output::write::{AxisOrder, Compress, Options};
+use hexcast_core::base::error::{Error, Result};
+use hexcast_files::export::Exporter;
+use hexcast_files::write::{AxisOrder, Compress, Options};
 
 /// Options as `www/client/formats.js` writes them.
 #[derive(Default, Deserialize)]
@@ -36,8 +37,9 @@ impl WriteOptions {
 
     /// What the writer of a mesh is given, with slabs of so many bytes.
     pub(super) fn of_mesh(&self, slab_bytes: usize) -> Options {
-        let options = Options { compress: self.compress(), bits: self.bits, slab_bytes, ..Options::default() };
-        Options { axis_order: self.axis_order, map: self.map.as_deref().and_then(|map| map.try_into().ok()), ..options }
+        let options = set!(Options { compress: self.compress(), bits: self.bits, slab_bytes, ..Options::default() });
+        let map = self.map.as_deref().and_then(|map| map.try_into().ok());
+        set!(Options { axis_order: self.axis_order, map, ..options })
     }
 
     /// Refuses options that a format would silently ignore. Formats of the mesh look at compression and bits themselves.

@@ -27,7 +27,12 @@ mod tests {
 });
 
 test('files of tests are told by their place', () => {
-  const files = ['src/input/job/tests.rs', 'src/output/export/tests/foam.rs', 'src/derived/links.rs', 'src/base/contests.rs'];
+  const files = [
+    'crates/core/src/input/job/tests.rs',
+    'crates/files/src/export/tests/foam.rs',
+    'crates/core/src/derived/links.rs',
+    'crates/core/src/base/contests.rs',
+  ];
   assert.deepEqual(files.map(isTest), [true, true, false, false]);
 });
 
@@ -37,6 +42,6 @@ test('every row has a figure', () => {
 });
 
 test('no folder of source has more entries than the eye takes in', () => {
-  const [[folder, entries]] = byEntries(['src', 'www', 'shaders', 'scripts', 'python/package', 'capi/src']);
+  const [[folder, entries]] = byEntries(['src', 'crates', 'www', 'shaders', 'scripts', 'python/package', 'capi/src']);
   assert.ok(entries <= 24, `${folder} has ${entries} entries: group them`);
 });

@@ -1,6 +1,6 @@
 //! Every backend, along every axis, against the oracle: cell by cell.
 
-use hexcast::stages::map::Rule;
+use hexcast_core::stages::map::Rule;
 
 use super::backends::{BACKENDS, Backend, cpu_flags, flags, mesh};
 use super::cases::{Case, cases, moved_by};

@@ -1,15 +1,15 @@
 //! The backends under test: one function meshes a case on any of them.
 
-use hexcast::cells::flags::flags_of_box;
 use hexcast::columns::Columns;
 use hexcast::control::Control;
-use hexcast::grid::frame::Frame;
-use hexcast::grid::rays::Rays;
-use hexcast::stages::cast::Cast;
-use hexcast::stages::cpu;
-use hexcast::stages::crossings::crossings;
-use hexcast::stages::lattice::{Lattice, lattice};
-use hexcast::stages::map::{Mapping, Rule, map};
+use hexcast_core::cells::flags::flags_of_box;
+use hexcast_core::grid::frame::Frame;
+use hexcast_core::grid::rays::Rays;
+use hexcast_core::stages::cast::Cast;
+use hexcast_core::stages::cpu;
+use hexcast_core::stages::crossings::crossings;
+use hexcast_core::stages::lattice::{Lattice, lattice};
+use hexcast_core::stages::map::{Mapping, Rule, map};
 
 use super::cases::Case;
 

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use hexcast::geometry::{Facet, Geometry};
-use hexcast::grid::closed::BadEdges;
-use hexcast::input::edges::BadEdge;
 use hexcast::job::{Job, Open, Rule};
 use hexcast::pipeline::Engine;
+use hexcast_core::grid::closed::BadEdges;
+use hexcast_core::input::edges::BadEdge;
 use num_bigint::BigInt;
 
 use super::models::{self, Facets};

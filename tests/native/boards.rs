@@ -5,11 +5,11 @@
 //! a third of a cell on purpose.
 
 use hexcast::control::Control;
-use hexcast::grid::domain::Domain;
 use hexcast::job::{GeometryJob, GradedJob, Job, Padding, PerAxis};
 use hexcast::lines::lines;
 use hexcast::pipeline::{Engine, MeshOptions, mesh, prepare};
 use hexcast::sources::Source;
+use hexcast_core::grid::domain::Domain;
 
 use super::models::{Facets, cuboid, prism};
 

@@ -6,7 +6,7 @@
 
 use hexcast::geometry::{Facet, Geometry, Placing};
 use hexcast::lines::Lines;
-use hexcast::stages::map::Rule;
+use hexcast_core::stages::map::Rule;
 
 use super::models::{self, Facets, cube, cuboid, flipped, joined, moved, octahedron, scaled, sphere, tetrahedron};
 use super::soups;

@@ -3,7 +3,7 @@
 
 use hexcast::columns;
 use hexcast::geometry::{Facet, Geometry, Placing};
-use hexcast::stages::map::Rule;
+use hexcast_core::stages::map::Rule;
 
 use super::backends::{Backend, cpu_flags, flags, mesh};
 use super::cases::{Case, lines, one, several, unit_cells};

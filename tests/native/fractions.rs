@@ -4,11 +4,11 @@
 use hexcast::control::Control;
 use hexcast::fractions::{Fraction, Fractions, fractions};
 use hexcast::geometry::{Facet, Geometry};
-use hexcast::grid::frame::Frame;
-use hexcast::grid::window::CellWindow;
 use hexcast::job::{FractionsJob, Rule};
 use hexcast::lines::Lines;
-use hexcast::stages::inside::Kind;
+use hexcast_core::grid::frame::Frame;
+use hexcast_core::grid::window::CellWindow;
+use hexcast_core::stages::inside::Kind;
 
 use super::models::{self, Facets};
 

@@ -1,9 +1,9 @@
 //! Closed gaps, against the definition cell by cell; holes of every width; the command line.
 
-use hexcast::cells::flags::expand;
 use hexcast::columns::{run_cell, run_flag};
 use hexcast::control::Control;
 use hexcast::gaps::{Gaps, close};
+use hexcast_core::cells::flags::expand;
 
 use super::compare::assert_same;
 use super::leak::Grid;

@@ -6,8 +6,8 @@
 
 use std::fmt::Write as _;
 
-use hexcast::cells::flags::flags_of_box;
 use hexcast::columns::Columns;
+use hexcast_core::cells::flags::flags_of_box;
 use sha2::{Digest, Sha256};
 
 use super::cases::Case;

@@ -9,9 +9,9 @@ use hexcast::mesh::Mesh;
 use hexcast::pipeline::{Engine, MeshOptions};
 use hexcast::report::MeshFacts;
 use hexcast::sources::Source;
-use hexcast::stages::map::Rule;
 use hexcast::write::{self, Compress, Format, Options};
 use hexcast::{Result, column_file};
+use hexcast_core::stages::map::Rule;
 
 use super::backends::{BACKENDS, Backend, cpu_flags, flags, mesh};
 use super::cases::{Case, cases};

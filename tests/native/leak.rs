@@ -7,10 +7,10 @@ use std::collections::VecDeque;
 
 use hexcast::columns::{Band, Columns, run};
 use hexcast::control::Control;
-use hexcast::grid::rays::Rays;
 use hexcast::leak::{Leak, MAX_WIDTH, Question, leak};
 use hexcast::lines::Lines;
 use hexcast::mesh::Mesh;
+use hexcast_core::grid::rays::Rays;
 
 use super::soups::Random;
 

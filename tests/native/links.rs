@@ -8,13 +8,13 @@ use std::collections::BTreeMap;
 use hexcast::columns::Columns;
 use hexcast::control::Control;
 use hexcast::geometry::Geometry;
-use hexcast::grid::frame::Frame;
-use hexcast::grid::rays::Rays;
-use hexcast::grid::window::CellWindow;
 use hexcast::job::{LinksJob, Rule, Stencil};
 use hexcast::links::{Field, Link, Links};
-use hexcast::stages::cpu;
-use hexcast::stages::inside::Kind;
+use hexcast_core::grid::frame::Frame;
+use hexcast_core::grid::rays::Rays;
+use hexcast_core::grid::window::CellWindow;
+use hexcast_core::stages::cpu;
+use hexcast_core::stages::inside::Kind;
 use num_bigint::{BigInt, Sign};
 
 use super::cases::{Case, cases, several, unit_cells};
@@ -178,7 +178,7 @@ fn field<'a>(case: &Case, frame: &'a Frame, kinds: &'a [Kind], columns: &'a Colu
 fn links(case: &Case, job: &LinksJob, inverted: &[bool]) -> Links {
     let (frame, kinds) = kinds(case, inverted);
     let rays = Rays::new(0, case.lines.dims());
-    let cast = hexcast::stages::cast::Cast { frame: &frame, rays: &rays, rule: case.rule };
+    let cast = hexcast_core::stages::cast::Cast { frame: &frame, rays: &rays, rule: case.rule };
     let columns = cpu::columns(&cast, &Control::default()).unwrap();
     let field = field(case, &frame, &kinds, &columns);
     pollster::block_on(field.links(job, u64::MAX, &Control::default())).unwrap()
@@ -280,7 +280,7 @@ fn diagonal_links_need_equal_cells() {
     case.lines = hexcast::lines::Lines::from_lists([vec![0.0, 1.0, 4.0], vec![0.0, 2.0], vec![0.0, 2.0]]).unwrap();
     let (frame, kinds) = kinds(&case, &[false]);
     let rays = Rays::new(0, case.lines.dims());
-    let cast = hexcast::stages::cast::Cast { frame: &frame, rays: &rays, rule: case.rule };
+    let cast = hexcast_core::stages::cast::Cast { frame: &frame, rays: &rays, rule: case.rule };
     let columns = cpu::columns(&cast, &Control::default()).unwrap();
     let field = field(&case, &frame, &kinds, &columns);
     let refused = pollster::block_on(field.links(&LinksJob::default(), u64::MAX, &Control::default())).unwrap_err();
@@ -304,7 +304,7 @@ fn links_that_exceed_the_memory_are_refused() {
         several("ball", "", unit_cells([9; 3]), vec![Geometry::new("g", 1, models::sphere([4.5; 3], 3.0, 8)).unwrap()]);
     let (frame, kinds) = kinds(&case, &[false]);
     let rays = Rays::new(0, case.lines.dims());
-    let cast = hexcast::stages::cast::Cast { frame: &frame, rays: &rays, rule: case.rule };
+    let cast = hexcast_core::stages::cast::Cast { frame: &frame, rays: &rays, rule: case.rule };
     let columns = cpu::columns(&cast, &Control::default()).unwrap();
     let field = field(&case, &frame, &kinds, &columns);
     let refused = pollster::block_on(field.links(&LinksJob::default(), 1000, &Control::default())).unwrap_err();

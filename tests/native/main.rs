@@ -5,8 +5,8 @@
 //! Tests that need a GPU have "gpu" in their path, and fail where there is none. On a machine without one
 //! `cargo test --test native -- --skip gpu` leaves them out, and says how many.
 
-#[macro_use]
-mod set;
+#[macro_use(set)]
+extern crate hexcast_core;
 
 mod agreement;
 mod angles;

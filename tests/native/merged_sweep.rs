@@ -3,7 +3,6 @@
 //!
 //! `HEXCAST_MERGED_JOBS=500` checks so many; with `HEXCAST_SEED` each is that of this seed.
 
-use hexcast::cells::flags::flags_of_box;
 use hexcast::control::Control;
 use hexcast::job::{Fill, FractionsJob, Job, LinesJob, LinksJob, Open, PartJob, Stencil};
 use hexcast::mesh::Mesh;
@@ -11,6 +10,7 @@ use hexcast::pipeline::{Engine, MeshOptions, merge, mesh};
 use hexcast::read::read_bytes;
 use hexcast::report::{CallerFacts, Report};
 use hexcast::sources::Source;
+use hexcast_core::cells::flags::flags_of_box;
 use serde_json::Value;
 
 use super::models::Facets;

@@ -21,7 +21,7 @@ use std::ops::RangeInclusive;
 
 use hexcast::geometry::Geometry;
 use hexcast::lines::Lines;
-use hexcast::stages::map::Rule;
+use hexcast_core::stages::map::Rule;
 use num_bigint::{BigInt, Sign};
 
 pub(crate) type Vector = [BigInt; 3];

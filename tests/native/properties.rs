@@ -5,7 +5,7 @@
 
 use hexcast::geometry::Geometry;
 use hexcast::lines::Lines;
-use hexcast::stages::map::Rule;
+use hexcast_core::stages::map::Rule;
 use proptest::prelude::*;
 
 use super::backends::{Backend, cpu_flags, flags, mesh};
@@ -153,7 +153,7 @@ proptest! {
         let dims: [u32; 3] = std::array::from_fn(|axis| DIMS[axis] - from[axis]);
         let window = with_lines(&case, lines(from.map(f64::from), [1.0; 3], dims));
         let cells = std::array::from_fn(|axis| from[axis]..DIMS[axis]);
-        same(&hexcast::cells::flags::flags_of_box(&whole, &cells).expect("columns in memory"), &cpu_flags(&window, 1), dims, "window")?;
+        same(&hexcast_core::cells::flags::flags_of_box(&whole, &cells).expect("columns in memory"), &cpu_flags(&window, 1), dims, "window")?;
     }
 
     #[test]

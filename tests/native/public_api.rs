@@ -8,49 +8,57 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use quote::ToTokens;
-use syn::{Attribute, Fields, ImplItem, Item, Meta, TraitItem, Type, UseTree, Visibility};
+use syn::{Attribute, Fields, ImplItem, Item, Meta, TraitItem, Type, UsePath, UseTree, Visibility};
 
-/// The files of the crate by the paths of their modules, such as `["columns", "run"]`.
+/// The files of all crates by the paths of their modules, such as `["cells", "columns", "run"]`: the core's begin with their group, those of
+/// the other crates with [`FILES`] and [`GPU`].
 type Modules = BTreeMap<Vec<String>, Vec<Item>>;
+
+/// What the modules of these crates begin with.
+const FILES: &str = "files";
+const GPU: &str = "gpu";
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).to_path_buf()
 }
 
-/// Reads a file and those of its modules.
-fn read(path: &Path, module: &[String], modules: &mut Modules) {
+/// Reads a file and those of its modules, which are in `folder`.
+fn read(path: &Path, folder: &Path, module: &[String], modules: &mut Modules) {
     let text = std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     let items = syn::parse_file(&text).expect("the source is Rust").items;
-    read_items(items, module, modules);
+    read_items(items, folder, module, modules);
 }
 
 /// Reads the files of the modules among items; a group of `lib.rs`, whose modules are listed in its braces, among them.
-fn read_items(items: Vec<Item>, module: &[String], modules: &mut Modules) {
+fn read_items(items: Vec<Item>, folder: &Path, module: &[String], modules: &mut Modules) {
     for item in &items {
         let Item::Mod(found) = item else { continue };
-        let inner = [module, &[found.ident.to_string()]].concat();
+        let name = found.ident.to_string();
+        let (inner, file) = ([module, std::slice::from_ref(&name)].concat(), folder.join(&name));
         match &found.content {
-            Some((_, listed)) if module.is_empty() => read_items(listed.clone(), &inner, modules),
-            None if is_listed(&found.attrs) => {
-                let file = root().join("src").join(inner.join("/")).with_extension("rs");
-                read(&file, &inner, modules);
-            }
+            Some((_, listed)) if module.is_empty() => read_items(listed.clone(), &file, &inner, modules),
+            None if is_there(&found.attrs) => read(&file.with_extension("rs"), &file, &inner, modules),
             _ => {}
         }
     }
-    modules.insert(module.to_vec(), items);
+    modules.entry(module.to_vec()).or_default().extend(items);
 }
 
-/// Whether an item is there natively without tests, and in the documentation.
-fn is_listed(attributes: &[Attribute]) -> bool {
+/// Whether an item is there natively without tests.
+fn is_there(attributes: &[Attribute]) -> bool {
     attributes.iter().all(|attribute| {
         let text = text_of(&attribute.meta);
         let is_off = text.starts_with("cfg")
             && !text.starts_with("cfg_attr")
             && !text.contains("not(")
             && ["test", "wasm32"].iter().any(|word| text.contains(word));
-        !is_off && text != "doc(hidden)"
+        !is_off
     })
+}
+
+/// Whether it is in the documentation, too.
+fn is_listed(attributes: &[Attribute]) -> bool {
+    is_there(attributes) && !attributes.iter().any(|attribute| text_of(&attribute.meta) == "doc(hidden)")
 }
 
 /// Code as text, with the spaces that people write.
@@ -103,8 +111,36 @@ fn promises(attributes: &[Attribute]) -> String {
     attributes.iter().filter_map(of).collect()
 }
 
+/// The paths that a `pub use` names, `self` left out; what it renames has its first name.
+fn leaves(tree: &UseTree) -> Vec<Vec<String>> {
+    let behind = |first: &syn::Ident, rest: Vec<Vec<String>>| -> Vec<Vec<String>> {
+        let first = [first.to_string()];
+        rest.into_iter().map(|rest| [&first, &rest[..]].concat()).collect()
+    };
+    match tree {
+        UseTree::Path(path) if path.ident == "crate" => leaves(&path.tree),
+        UseTree::Path(path) => behind(&path.ident, leaves(&path.tree)),
+        UseTree::Group(group) => group.items.iter().flat_map(leaves).collect(),
+        UseTree::Name(name) if name.ident == "self" => vec![Vec::new()],
+        UseTree::Name(name) => vec![vec![name.ident.to_string()]],
+        UseTree::Rename(name) if name.ident == "hexcast_gpu" => vec![vec![name.ident.to_string()]],
+        UseTree::Rename(_) | UseTree::Glob(_) => panic!("a public name that is changed or not named"),
+    }
+}
+
+/// What a file passes on.
+fn passed_on(items: &[Item]) -> Vec<Vec<String>> {
+    let of = |item: &Item| match item {
+        Item::Use(found) if is_public(&found.vis) && is_listed(&found.attrs) => leaves(&found.tree),
+        _ => Vec::new(),
+    };
+    items.iter().flat_map(of).collect()
+}
+
 struct Lister<'a> {
     modules: &'a Modules,
+    /// The paths that the root passes on, as [`Modules`] has them.
+    passed_on: Vec<Vec<String>>,
     lines: Vec<String>,
 }
 
@@ -117,8 +153,18 @@ impl Lister<'_> {
                     let name = [found.ident.to_string()];
                     self.module(&[shown, &name].concat(), &[module, &name].concat());
                 }
-                Item::Use(found) if is_public(&found.vis) && is_listed(&found.attrs) => {
-                    self.names(shown, module, &found.tree);
+                Item::Use(found) if is_public(&found.vis) && is_listed(&found.attrs) && !shown.is_empty() => {
+                    // another crate's groups are those of the root
+                    let is_of_root = |path: &UsePath| ["crate", "hexcast_core"].iter().any(|root| path.ident == root);
+                    let from = match &found.tree {
+                        UseTree::Path(path) if is_of_root(path) => &[][..],
+                        _ => module,
+                    };
+                    let named = leaves(&found.tree).into_iter().map(|mut leaf| {
+                        leaf.retain(|part| part != "hexcast_core");
+                        [from, &leaf].concat()
+                    });
+                    named.for_each(|path| self.name(shown, &path));
                 }
                 _ => self.item(shown, module, item),
             }
@@ -126,58 +172,33 @@ impl Lister<'_> {
     }
 
     /// Lists what a `pub use` in `shown` names: an item of a private module as if it were there.
-    fn names(&mut self, shown: &[String], from: &[String], tree: &UseTree) {
-        match tree {
-            UseTree::Path(path) => {
-                let name = path.ident.to_string();
-                let inner = if name == "crate" { Vec::new() } else { [from, &[name]].concat() };
-                self.names(shown, &inner, &path.tree);
+    fn name(&mut self, shown: &[String], named: &[String]) {
+        // the root passes on modules
+        if shown.is_empty() && self.modules.contains_key(named) && top(named) == named {
+            return self.module(&named[named.len() - 1..], named);
+        }
+        let (name, from) = named.split_last().expect("a path has a name");
+        let place = self.shown_place(from);
+        let items = self.modules.get(from).filter(|_| place.is_none());
+        match items.and_then(|items| items.iter().find(|item| name_of(item).as_ref() == Some(name))) {
+            Some(item) => self.item(shown, from, item),
+            None => {
+                let place = place.unwrap_or_else(|| from[top(from).len() - 1..].to_vec());
+                self.say(shown, format!("use {}", [&place[..], std::slice::from_ref(name)].concat().join("::")));
             }
-            UseTree::Group(group) => group.items.iter().for_each(|tree| self.names(shown, from, tree)),
-            UseTree::Name(name) => {
-                let name = Some(name.ident.to_string()).filter(|name| name != "self");
-                let named: Vec<String> = from.iter().chain(&name).cloned().collect();
-                // the root passes on modules of its groups
-                if shown.is_empty() && self.modules.contains_key(&named) && top(&named) == named {
-                    return self.module(&named[named.len() - 1..], &named);
-                }
-                let place = self.shown_place(from);
-                let items = self.modules.get(from).filter(|_| place.is_none());
-                match items.and_then(|items| items.iter().find(|item| name_of(item) == name)) {
-                    Some(item) => self.item(shown, from, item),
-                    None => {
-                        let place = place.unwrap_or_else(|| from[top(from).len() - 1..].to_vec());
-                        self.say(
-                            shown,
-                            format!("use {}", place.iter().chain(&name).cloned().collect::<Vec<_>>().join("::")),
-                        );
-                    }
-                }
-            }
-            UseTree::Rename(_) | UseTree::Glob(_) => panic!("a public name that is changed or not named"),
         }
     }
 
-    /// Where callers find a module, if it and all around it are public; a module of a group, if the root passes it on.
+    /// Where callers find a module, if it and all around it are public; the first one, if the root passes it on.
     fn shown_place(&self, module: &[String]) -> Option<Vec<String>> {
         let n_around = top(module).len() - 1;
-        let passed_on = || {
-            let uses = self.modules[&[][..]].iter().filter_map(|item| match item {
-                Item::Use(found) if is_public(&found.vis) => Some(text_of(&found.tree)),
-                _ => None,
-            });
-            let (group, name) = (&module[0], &module[1]);
-            uses.into_iter().any(|text| {
-                text.starts_with(&format!("{group}::"))
-                    && text.split(|c: char| !(c.is_alphanumeric() || c == '_')).any(|word| word == name)
-            })
-        };
-        let is_public_below = (n_around..module.len()).all(|n| {
+        let is_public_below = (n_around + 1..module.len()).all(|n| {
             self.modules[&module[..n]].iter().any(
                 |item| matches!(item, Item::Mod(m) if m.ident == module[n] && is_public(&m.vis) && is_listed(&m.attrs)),
             )
         });
-        (is_public_below && (n_around == 0 || passed_on())).then(|| module[n_around..].to_vec())
+        let is_passed_on = self.passed_on.iter().any(|of| of == top(module));
+        (is_public_below && is_passed_on).then(|| module[n_around..].to_vec())
     }
 
     fn say(&mut self, shown: &[String], text: String) {
@@ -220,7 +241,9 @@ impl Lister<'_> {
     }
 
     fn fields(&mut self, shown: &[String], name: &str, fields: &Fields) {
-        for (index, field) in fields.iter().enumerate().filter(|(_, field)| is_public(&field.vis)) {
+        for (index, field) in
+            fields.iter().enumerate().filter(|(_, field)| is_public(&field.vis) && is_listed(&field.attrs))
+        {
             let field_name = field.ident.as_ref().map_or(index.to_string(), ToString::to_string);
             self.say(shown, format!("{name}.{field_name}: {}", text_of(&field.ty)));
         }
@@ -261,19 +284,19 @@ impl Lister<'_> {
 
 /// Whether a file imports a type of a module.
 fn imports(items: &[Item], module: &[String], name: &str) -> bool {
-    let first = top(module).join("::");
+    let first = top(module).join("::").replace("files::", "");
     items.iter().any(|item| match item {
         Item::Use(found) => {
             let text = text_of(&found.tree);
-            text.contains(&format!("crate::{first}::")) && text.contains(name)
+            text.contains(&format!("::{first}::")) && text.contains(name)
         }
         _ => false,
     })
 }
 
-/// The first module of a path: of a group of `lib.rs`, the module in it.
+/// The first module of a path: of a group or crate, the module in it.
 fn top(module: &[String]) -> &[String] {
-    let is_of_one_file = module.first().is_none_or(|first| ["gpu", "web"].contains(&first.as_str()));
+    let is_of_one_file = module.first().is_none_or(|first| [GPU, "web"].contains(&first.as_str()));
     &module[..module.len().min(if is_of_one_file { 1 } else { 2 })]
 }
 
@@ -291,9 +314,28 @@ fn name_of(item: &Item) -> Option<String> {
 
 fn listed() -> String {
     let mut modules = Modules::new();
-    read(&root().join("src/lib.rs"), &[], &mut modules);
-    let mut lister = Lister { modules: &modules, lines: Vec::new() };
-    lister.module(&[], &[]);
+    let mut read_crate = |folder: &str, module: &[String]| {
+        let folder = root().join(folder);
+        read(&folder.join("lib.rs"), &folder, module, &mut modules);
+    };
+    read_crate("crates/core/src", &[]);
+    read_crate("crates/files/src", &[FILES.into()]);
+    read_crate("crates/gpu/src", &[GPU.into()]);
+    let of_core = passed_on(&modules[&[][..]]);
+    let root_of_core = modules.get_mut(&[][..]).expect("the core has a root");
+    root_of_core.retain(|item| !matches!(item, Item::Use(_)));
+    read(&root().join("src/lib.rs"), &root().join("src"), &[], &mut modules);
+    let resolved = |path: Vec<String>| match path[0].as_str() {
+        "hexcast_core" => {
+            of_core.iter().find(|of| of.last() == path.last()).unwrap_or_else(|| panic!("{path:?}")).clone()
+        }
+        "hexcast_files" => [&[FILES.into()], &path[1..]].concat(),
+        "hexcast_gpu" => vec![GPU.into()],
+        _ => path,
+    };
+    let passed_on: Vec<_> = passed_on(&modules[&[][..]]).into_iter().map(resolved).collect();
+    let mut lister = Lister { modules: &modules, passed_on: passed_on.clone(), lines: Vec::new() };
+    passed_on.iter().for_each(|path| lister.name(&[], path));
     lister.lines.sort();
     lister.lines.dedup();
     lister.lines.join("\n") + "\n"

@@ -111,10 +111,10 @@ fn params_are_laid_out_like_their_twin() {
 fn constants_are_those_of_the_host() {
     let shaders = constants();
     let host = [
-        ("BIN", hexcast::stages::cast::BIN),
-        ("SEGMENT", hexcast::stages::cast::SEGMENT),
-        ("MAX_TILES", hexcast::stages::cast::MAX_TILES),
-        ("RANK_BITS", hexcast::stages::cast::MAX_TILES.ilog2()),
+        ("BIN", hexcast_core::stages::cast::BIN),
+        ("SEGMENT", hexcast_core::stages::cast::SEGMENT),
+        ("MAX_TILES", hexcast_core::stages::cast::MAX_TILES),
+        ("RANK_BITS", hexcast_core::stages::cast::MAX_TILES.ilog2()),
         ("BLOCK", SCAN_BLOCK as u32),
         ("DEEP", DEEP),
         ("LEFT", LEFT),

@@ -4,7 +4,7 @@
 
 use hexcast::geometry::{Facet, Geometry};
 use hexcast::lines::Lines;
-use hexcast::stages::map::Rule;
+use hexcast_core::stages::map::Rule;
 
 use super::cases::Case;
 use super::models::{self, Facets};

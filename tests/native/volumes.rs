@@ -1,12 +1,12 @@
 //! The bound of the volume: never violated, by winding numbers at every centre in big integers, and not far from the error.
 
 use hexcast::geometry::Geometry;
-use hexcast::grid::frame::Frame;
-use hexcast::grid::volume_bound::volume_bound;
 use hexcast::job::{GeometryJob, Job, Rule};
 use hexcast::lines::Lines;
 use hexcast::pipeline::Engine;
 use hexcast::report::MeshFacts;
+use hexcast_core::grid::frame::Frame;
+use hexcast_core::grid::volume_bound::volume_bound;
 
 use super::cases::cases;
 use super::models::{self, Facets};

@@ -3,10 +3,10 @@
 use hexcast::columns::Columns;
 use hexcast::control::Control;
 use hexcast::gpu::Gpu;
-use hexcast::grid::frame::Frame;
-use hexcast::grid::rays::Rays;
-use hexcast::stages::cast::Cast;
-use hexcast::stages::cpu;
+use hexcast_core::grid::frame::Frame;
+use hexcast_core::grid::rays::Rays;
+use hexcast_core::stages::cast::Cast;
+use hexcast_core::stages::cpu;
 use js_sys::{Function, Promise, Reflect};
 use wasm_bindgen::{JsCast, JsValue};
 use wasm_bindgen_futures::JsFuture;

@@ -5,8 +5,7 @@
 wasm_bindgen_test::wasm_bindgen_test_configure!(run_in_dedicated_worker);
 
 #[macro_use]
-#[path = "../native/set.rs"]
-mod set;
+extern crate hexcast_core;
 
 #[path = "../native/angles.rs"]
 mod angles;

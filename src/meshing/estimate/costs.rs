@@ -3,13 +3,13 @@
 use serde::Serialize;
 
 use super::expected_crossings::{Expected, Sums};
-use crate::derived::mesh::SLAB_BYTES;
-use crate::grid::lines::{Grading, Lines};
-use crate::grid::rays::Rays;
-use crate::input::geometry::Geometry;
-use crate::output::write::{npy, raw};
-use crate::stages::cast::sizes::MOST_BAND;
-use crate::stages::cpu;
+use hexcast_core::derived::mesh::SLAB_BYTES;
+use hexcast_core::grid::lines::{Grading, Lines};
+use hexcast_core::grid::rays::Rays;
+use hexcast_core::input::geometry::Geometry;
+use hexcast_core::stages::cast::sizes::MOST_BAND;
+use hexcast_core::stages::cpu;
+use hexcast_files::write::{npy, raw};
 
 /// What a mesh would hold and take.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -239,13 +239,13 @@ fn file_bytes(lines: &Lines, rays: u64, runs: u64) -> FileBytes {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::base::control::Control;
-    use crate::grid::frame::Frame;
-    use crate::input::job::Rule;
+    use hexcast_core::base::control::Control;
+    use hexcast_core::grid::frame::Frame;
+    use hexcast_core::input::job::Rule;
 
     fn fixture(name: &str) -> Geometry {
         let path = format!("{}/tests/fixtures/{name}", env!("CARGO_MANIFEST_DIR"));
-        let contents = crate::input::read::read_bytes(&std::fs::read(path).unwrap()).unwrap();
+        let contents = hexcast_core::input::read::read_bytes(&std::fs::read(path).unwrap()).unwrap();
         Geometry::new(name, 1, contents.solids[0].facets.clone()).unwrap()
     }
 
@@ -265,7 +265,7 @@ mod tests {
                     let rays = Rays::new(axis, dims);
                     let frame = Frame::new(&geometries, &lines).unwrap();
                     let columns = cpu::columns(
-                        &crate::stages::cast::Cast { frame: &frame, rays: &rays, rule: Rule::Parity },
+                        &hexcast_core::stages::cast::Cast { frame: &frame, rays: &rays, rule: Rule::Parity },
                         &Control::default(),
                     )
                     .unwrap();

@@ -3,12 +3,12 @@
 //! Geometries, lines, rays -> [`Expected`]. See the top of the module above for why an area is a number of crossings.
 //! Cost: one pass over the corners.
 
-use crate::base::parallel::*;
-use crate::grid::lines::Lines;
-use crate::grid::rays::Rays;
-use crate::input::geometry::{Facet, Geometry};
-use crate::stages::cast::sizes::BIN;
-use crate::stages::cpu;
+use hexcast_core::base::parallel::*;
+use hexcast_core::grid::lines::Lines;
+use hexcast_core::grid::rays::Rays;
+use hexcast_core::input::geometry::{Facet, Geometry};
+use hexcast_core::stages::cast::sizes::BIN;
+use hexcast_core::stages::cpu;
 
 /// Facets of a step: some tens of milliseconds. A multiple of the facets that are summed first.
 const FACETS_AT_ONCE: usize = 32 * SUMMED_AT_ONCE;

@@ -7,12 +7,12 @@
 use super::costs::Estimate;
 use super::memory_limits::{Allowed, Device};
 use super::work::Work;
-use crate::base::error::{Error, MORE_MEMORY, Result};
-use crate::derived::mesh::SLAB_BYTES;
-use crate::grid::rays::Rays;
-use crate::input::job::ByteSize;
-use crate::output::write::Options;
-use crate::stages::cpu;
+use hexcast_core::base::error::{Error, MORE_MEMORY, Result};
+use hexcast_core::derived::mesh::SLAB_BYTES;
+use hexcast_core::grid::rays::Rays;
+use hexcast_core::input::job::ByteSize;
+use hexcast_core::stages::cpu;
+use hexcast_files::write::Options;
 
 /// Limits of the bands of a GPU.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -184,8 +184,8 @@ fn too_little(estimate: &Estimate, allowed: &Allowed, needed: u64) -> Error {
 mod tests {
     use super::super::device::BIN;
     use super::*;
-    use crate::grid::lines::Lines;
-    use crate::input::geometry::Geometry;
+    use hexcast_core::grid::lines::Lines;
+    use hexcast_core::input::geometry::Geometry;
 
     /// What a wall of facets across all rays of a box would take.
     fn estimate(dims: [u32; 3]) -> Estimate {

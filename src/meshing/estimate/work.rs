@@ -3,9 +3,9 @@
 use super::costs::Estimate;
 use super::device::{BIN, IN_FLIGHT, UNEVEN};
 use super::memory_limits::{Allowed, Device};
-use crate::base::parallel::current_num_threads;
-use crate::stages::cast::sizes::{MOST_BAND, whole_bins};
-use crate::stages::cpu;
+use hexcast_core::base::parallel::current_num_threads;
+use hexcast_core::stages::cast::sizes::{MOST_BAND, whole_bins};
+use hexcast_core::stages::cpu;
 
 /// The current work, by its size: strips of a round on the CPU, ray rows of a band on a GPU.
 pub(super) struct Work<'a> {

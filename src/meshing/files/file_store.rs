@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::sync::{Mutex, PoisonError};
 
-use crate::cells::columns::{Store, sealed};
+use hexcast_core::cells::columns::{Store, sealed};
 
 /// A file, read and appended under a lock.
 pub struct FileStore(Mutex<File>);

@@ -3,9 +3,9 @@
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use crate::base::error::{Error, Result};
+use hexcast_core::base::error::{Error, Result};
 #[cfg(feature = "export")]
-use crate::output::export::Exporter;
+use hexcast_files::export::Exporter;
 
 /// Links that the system follows in one path.
 const MAX_LINKS: usize = 40;
@@ -84,7 +84,7 @@ pub fn refused(path: &Path, folder: &Path, error: &std::io::Error) -> Error {
 pub struct ExportPlace {
     /// The folder, which must be there.
     pub folder: PathBuf,
-    /// The name of the output in it, which [`crate::output::export::export()`] takes.
+    /// The name of the output in it, which [`export()`](hexcast_files::export::export) takes.
     pub name: String,
     /// The files in it; those of a case of OpenFOAM are in folders that need not be there.
     pub files: Vec<String>,

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use crate::base::error::{Error, Result};
+use hexcast_core::base::error::{Error, Result};
 
 /// A folder and the lengths of the files that were written to it, by their keys.
 pub struct WrittenFolder {

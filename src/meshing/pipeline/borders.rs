@@ -8,19 +8,19 @@
 use std::collections::BTreeSet;
 
 use super::engine::{Engine, Used};
-use crate::base::control::Control;
-use crate::base::error::Result;
-use crate::cells::columns::{Columns, ColumnsBuilder, spans};
-use crate::derived::certificate::FlagGaps;
-use crate::grid::frame::Frame;
-use crate::grid::lines::Lines;
-use crate::grid::rays::Rays;
-use crate::input::job::Rule;
 use crate::meshing::estimate::MemoryBudget;
-use crate::open_surfaces::doubt::Doubt;
-use crate::open_surfaces::overlay::{Overlay, Part};
-use crate::output::report::MAX_BOXES;
-use crate::stages::cast::Cast;
+use crate::meshing::report::MAX_BOXES;
+use hexcast_core::base::control::Control;
+use hexcast_core::base::error::Result;
+use hexcast_core::cells::columns::{Columns, ColumnsBuilder, spans};
+use hexcast_core::derived::certificate::FlagGaps;
+use hexcast_core::grid::frame::Frame;
+use hexcast_core::grid::lines::Lines;
+use hexcast_core::grid::rays::Rays;
+use hexcast_core::input::job::Rule;
+use hexcast_core::open_surfaces::doubt::Doubt;
+use hexcast_core::open_surfaces::overlay::{Overlay, Part};
+use hexcast_core::stages::cast::Cast;
 
 /// A backend, and what it may take.
 pub(super) type Backend<'a> = (&'a mut Engine, &'a MemoryBudget, &'a Control);
@@ -77,7 +77,7 @@ impl Whole<'_> {
         [first, end]: [[u32; 3]; 2],
         backend: Backend<'_>,
     ) -> Result<u64> {
-        let axis = columns.rays.axis;
+        let axis = columns.rays().axis;
         let border = first[axis];
         if border == 0 {
             return Ok(columns.n_runs());
@@ -147,7 +147,7 @@ fn with(mut cell: [u32; 3], axis: usize, index: u32) -> [u32; 3] {
 
 /// Of two planes of cells: how many cells of the second differ from those of the first, and how many of the second are flagged.
 fn compared(slab: &Columns, axis: usize) -> Result<[u64; 2]> {
-    let rays = &slab.rays;
+    let rays = &slab.rays();
     let (mut all, n_across) = (Vec::new(), rays.counts[0] as usize);
     slab.for_rays(0..rays.n_rays(), |runs| all.push(runs.to_vec()))?;
     let (step, distance) = if rays.across[0] == axis { (2, 1) } else { (1, n_across) };

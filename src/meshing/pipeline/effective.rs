@@ -1,15 +1,16 @@
 //! The effective job: the job with all that it left open filled in.
 
 use super::prepare::Prepared;
-use crate::derived::certificate::DEFAULT_THIN_CELLS;
-use crate::derived::gaps::Gaps;
-use crate::input::job::{AxisChoice, DEFAULT_CELLS, DEFAULT_GROWTH, DEFAULT_TOLERANCE, HaloEdge, Job};
+use hexcast_core::derived::certificate::DEFAULT_THIN_CELLS;
+use hexcast_core::derived::gaps::Gaps;
+use hexcast_core::input::job::{AxisChoice, DEFAULT_CELLS, DEFAULT_GROWTH, DEFAULT_TOLERANCE, HaloEdge, Job};
+use hexcast_core::set;
 
 /// Fills in what a job left to defaults; `n_solids` has the number of solids of each file.
 ///
 /// What chooses the cells stays as it is: the numbers of the lines would be rounded again.
 pub(super) fn effective(job: &Job, prepared: &Prepared, n_solids: &[usize], gaps: Option<&Gaps>) -> Job {
-    let mut job = Job { max_memory: None, unit: prepared.unit.clone(), ..job.clone() };
+    let mut job = set!(Job { max_memory: None, unit: prepared.unit.clone(), ..job.clone() });
     let is_sized = job.dims.is_some() || job.cell_size.is_some() || job.max_cell_size.is_some();
     if job.cells.is_none() && !is_sized && job.lines.is_none() && job.graded.is_none() {
         job.cells = Some(DEFAULT_CELLS);

@@ -2,11 +2,11 @@
 
 use web_time::Instant;
 
-use crate::base::error::{Error, Result};
-#[cfg(feature = "gpu")]
-use crate::gpu::{AdapterKind, Gpu, Instance};
-use crate::input::job::BackendChoice;
 use crate::meshing::estimate::Device;
+use hexcast_core::base::error::{Error, Result};
+use hexcast_core::input::job::BackendChoice;
+#[cfg(feature = "gpu")]
+use hexcast_gpu::{AdapterKind, Gpu, Instance};
 
 mod run;
 
@@ -92,7 +92,7 @@ impl Engine {
     async fn open_hardware() -> Result<Engine> {
         #[cfg(all(feature = "gpu", not(target_arch = "wasm32")))]
         {
-            let facts = crate::gpu::adapter(None).await?;
+            let facts = hexcast_gpu::adapter(None).await?;
             if facts.kind == AdapterKind::Software {
                 let message = format!("{facts} computes on the processor, where the CPU backend is faster");
                 return Err(Error::new("no-adapter", message, "choose the GPU backend to use it nevertheless"));

@@ -2,11 +2,11 @@
 //! background, or have the flag of the nearest cell of the box.
 
 use super::prepare::Prepared;
-use crate::base::error::Result;
-use crate::cells::columns::Columns;
-use crate::grid::lines::Lines;
-use crate::input::job::HaloEdge;
-use crate::open_surfaces::doubt::Doubtful;
+use hexcast_core::base::error::Result;
+use hexcast_core::cells::columns::Columns;
+use hexcast_core::grid::lines::Lines;
+use hexcast_core::input::job::HaloEdge;
+use hexcast_core::open_surfaces::doubt::Doubtful;
 
 /// Cells before and behind what was meshed, on x, y, z, and what they are.
 pub(super) struct Beyond([[u32; 3]; 2], HaloEdge);

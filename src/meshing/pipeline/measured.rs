@@ -2,16 +2,16 @@
 
 use super::borders::{Left, Whole};
 use super::prepare::Prepared;
-use crate::base::control::Control;
-use crate::base::error::{Error, Result};
-use crate::cells::columns::Columns;
-use crate::derived::fractions::{Fractions, fractions};
-use crate::derived::links::{Field, Links};
-use crate::grid::closed::Closed;
-use crate::grid::frame::Frame;
-use crate::input::geometry::{Fill, Geometry};
-use crate::input::job::Job;
-use crate::stages::inside::Kind;
+use hexcast_core::base::control::Control;
+use hexcast_core::base::error::{Error, Result};
+use hexcast_core::cells::columns::Columns;
+use hexcast_core::derived::fractions::{Fractions, fractions};
+use hexcast_core::derived::links::{Field, Links};
+use hexcast_core::grid::closed::Closed;
+use hexcast_core::grid::frame::Frame;
+use hexcast_core::input::geometry::{Fill, Geometry};
+use hexcast_core::input::job::Job;
+use hexcast_core::stages::inside::Kind;
 
 /// A frame from which nothing was taken, and how the cells of each rank are decided.
 pub(super) struct Uncut {
@@ -65,7 +65,7 @@ impl Uncut {
         let near = window.with_neighbours(dims);
         let lacks_some = (0..3).any(|axis| near[0][axis] < first[axis] || near[1][axis] > end[axis]);
         let meshed = match !is_plain && lacks_some {
-            true => Some(whole.columns((near, columns.rays.axis), max_bytes, (engine, budget, control)).await?),
+            true => Some(whole.columns((near, columns.rays().axis), max_bytes, (engine, budget, control)).await?),
             false => None,
         };
         let max_bytes = max_bytes.saturating_sub(meshed.as_ref().map_or(0, Columns::n_bytes));

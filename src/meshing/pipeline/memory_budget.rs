@@ -5,17 +5,18 @@ use sha2::{Digest, Sha256};
 use super::engine::Engine;
 use super::options::{DEFAULT_MAX_BYTES, MeshOptions, SpillTarget};
 use super::prepare::Prepared;
-use crate::base::checksum::hex;
-use crate::base::control::Control;
-use crate::base::error::{Error, Result};
-use crate::base::memory::Memory;
-use crate::cells::columns::{ColumnsBuilder, Head, Named};
-use crate::grid::closed::Closed;
-use crate::grid::frame::Frame;
-use crate::input::geometry::{Fill, Open};
-use crate::input::job::{BackendChoice, ByteSize, Job};
 use crate::meshing::estimate::{Allowed, EstimateSteps, MemoryBudget};
-use crate::output::report::InputReport;
+use crate::meshing::report::InputReport;
+use hexcast_core::base::checksum::hex;
+use hexcast_core::base::control::Control;
+use hexcast_core::base::error::{Error, Result};
+use hexcast_core::base::memory::Memory;
+use hexcast_core::cells::columns::{ColumnsBuilder, Head, Named};
+use hexcast_core::grid::closed::Closed;
+use hexcast_core::grid::frame::Frame;
+use hexcast_core::input::geometry::{Fill, Open};
+use hexcast_core::input::job::{BackendChoice, ByteSize, Job};
+use hexcast_core::set;
 
 /// Least limit of a device's memory: even a row of bins at a time, with few facets, takes some buffers.
 const LEAST_DEVICE_BYTES: u64 = 1 << 20;
@@ -136,8 +137,9 @@ pub(super) fn columns_builder(
 /// facets where some were in memory, the lines and the rays.
 fn identity(job: &Job, prepared: &Prepared, inputs: &[InputReport]) -> [u8; 32] {
     // gaps are closed in finished columns
-    let job = Job { close_gaps: None, gap_flag: None, certify: false, quick: false, thin_cells: None, ..job.clone() };
-    let job = Job { backend: BackendChoice::Auto, max_memory: None, max_cells: None, unit: None, ..job };
+    let job =
+        set!(Job { close_gaps: None, gap_flag: None, certify: false, quick: false, thin_cells: None, ..job.clone() });
+    let job = set!(Job { backend: BackendChoice::Auto, max_memory: None, max_cells: None, unit: None, ..job });
     let files: Vec<String> =
         inputs.iter().map(|input| input.sha256.clone().unwrap_or_else(|| hash_of_facets(prepared))).collect();
     let facts = [

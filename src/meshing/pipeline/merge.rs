@@ -11,19 +11,19 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde_json::{Value, json};
 
-use crate::base::error::Result;
-use crate::base::finding::sentences;
-use crate::cells::columns::CellRun;
-use crate::cells::fingerprint::hash_of_sums;
-use crate::derived::fractions::parts_of_cell;
-use crate::derived::staggered::COMPONENTS;
-use crate::grid::lines::{Grading, Lines};
-use crate::grid::rays::Rays;
-use crate::grid::totals::{Ruler, Total};
-use crate::open_surfaces::doubt::Doubt;
-use crate::output::report::{
+use crate::meshing::report::{
     DoubtReport, FlagSum, MAX_BOXES, OpenReport, PointsReport, ShellCheck, StaggeredReport, WindowSums, flag_reports,
 };
+use hexcast_core::base::error::Result;
+use hexcast_core::base::finding::sentences;
+use hexcast_core::cells::columns::CellRun;
+use hexcast_core::cells::fingerprint::hash_of_sums;
+use hexcast_core::derived::fractions::parts_of_cell;
+use hexcast_core::derived::staggered::COMPONENTS;
+use hexcast_core::grid::lines::{Grading, Lines};
+use hexcast_core::grid::rays::Rays;
+use hexcast_core::grid::totals::{Ruler, Total};
+use hexcast_core::open_surfaces::doubt::Doubt;
 
 mod certificate;
 mod findings;

@@ -1,9 +1,10 @@
 //! The names of flags, and what their cells are made of.
 
-use crate::base::error::{Error, Result};
-use crate::derived::mesh::Named;
-use crate::input::geometry::{Geometry, joined_names};
-use crate::input::job::Job;
+use hexcast_core::base::error::{Error, Result};
+use hexcast_core::derived::mesh::Named;
+use hexcast_core::input::geometry::{Geometry, joined_names};
+use hexcast_core::input::job::Job;
+use hexcast_core::set;
 
 /// One name a flag: those of its geometries; flag 0 has one where the job names it.
 ///
@@ -24,15 +25,15 @@ pub(super) fn names(job: &Job, geometries: &[Geometry]) -> Result<Vec<Named>> {
             None => of_flags.push(vec![geometry]),
         }
     }
-    let named = |of_flag: Vec<&Geometry>| Named {
-        flag: of_flag[0].flag,
-        name: joined_names(of_flag.iter().map(|geometry| &geometry.name[..])),
-        material: of_flag[0].material,
+    let named = |flag, name: String, material| set!(Named { material, ..Named::new(flag, name) });
+    let of_flag = |of_flag: Vec<&Geometry>| {
+        let name = joined_names(of_flag.iter().map(|geometry| &geometry.name[..]));
+        named(of_flag[0].flag, name, of_flag[0].material)
     };
-    let mut names: Vec<Named> = of_flags.into_iter().map(named).collect();
+    let mut names: Vec<Named> = of_flags.into_iter().map(of_flag).collect();
     if let Some(background) = &job.background {
         let name = background.name.clone().unwrap_or_else(|| "background".into());
-        names.push(Named { flag: 0, name, material: background.material });
+        names.push(named(0, name, background.material));
     }
     Ok(names)
 }

@@ -1,27 +1,27 @@
 //! A mesh that stays on the GPU: the stages before the rays as for every mesh, then the bands, whose runs no one reads back.
 //!
 //! Job, sources -> [`DeviceMesh`]. What a mesh needs beside its rays, such as votes of open surfaces, is done on the host and refused here: a
-//! mesh for the host, then [`crate::gpu::Gpu::upload`], comes to the same buffers. There is no report: its numbers come from the runs.
+//! mesh for the host, then [`Gpu::upload`](hexcast_gpu::Gpu::upload), comes to the same buffers. There is no report: its numbers come from the runs.
 
 use super::engine::Engine;
 use super::memory_budget::memory_of;
 use super::options::MeshOptions;
 use super::prepare::{Prepared, prepare};
 use super::snapped::snapped;
-use crate::base::control::Control;
-use crate::base::error::{Error, Result};
-use crate::gpu::{DeviceMesh, Options};
-use crate::input::job::Job;
-use crate::input::sources::Source;
-use crate::open_surfaces::overlay;
-use crate::stages::cast::Cast;
-use crate::stages::snapping::Snapped;
+use hexcast_core::base::control::Control;
+use hexcast_core::base::error::{Error, Result};
+use hexcast_core::input::job::Job;
+use hexcast_core::input::sources::Source;
+use hexcast_core::open_surfaces::overlay;
+use hexcast_core::stages::cast::Cast;
+use hexcast_core::stages::snapping::Snapped;
+use hexcast_gpu::{DeviceMesh, Options};
 
 /// Meshes a job, and leaves its runs on the GPU of the engine, with the cells of [`super::mesh`]. The host reads counts, and of one ray in 256 the
 /// runs, which the CPU casts again; of `options` the limits of memory count.
 ///
 /// # Errors
-/// Those of [`super::prepare`] and [`crate::grid::frame::Frame::new`], and
+/// Those of [`super::prepare`] and [`Frame::new`](hexcast_core::grid::frame::Frame::new), and
 /// - `no-adapter`: the engine is the CPU.
 /// - `job-conflict`: the job asks for what the host makes of the cells, or has a geometry whose cells more than its rays decide.
 /// - `memory`: the runs are more than a buffer of the device holds; or facets more than the memory allowed.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::cells::columns::Store;
+use hexcast_core::cells::columns::Store;
 
 /// Most bytes that a mesh takes where neither the job nor the caller limits it: all that the system gives, or in wasm,
 /// which can address 4 GiB, what leaves enough for the page's other data.
@@ -30,13 +30,13 @@ pub struct MeshOptions {
     pub spill: SpillTarget,
     /// Whether the caller will hold all flags in memory, a byte a cell, which counts against the job's `max_memory`.
     pub flags_in_memory: bool,
-    /// Whether the cells that rays do not decide shall also be a mesh, [`crate::output::report::MeshFacts::doubt`]; its columns share the memory
+    /// Whether the cells that rays do not decide shall also be a mesh, [`crate::meshing::report::MeshFacts::doubt`]; its columns share the memory
     /// of those of the mesh.
     pub doubt_mask: bool,
     /// Whether nobody needs the report of a part with a halo to be merged with those of the other parts. Else the part is meshed once more,
     /// without its halo, as these count cells once.
     pub lone_report: bool,
-    /// Whether faces between flags and at the sides of the box shall have the names of the solids that made them: [`crate::derived::mesh::Mesh::walls`].
+    /// Whether faces between flags and at the sides of the box shall have the names of the solids that made them: [`Mesh::walls`](hexcast_core::Mesh::walls).
     pub walls: bool,
     /// Bytes that the program and its GPU driver take besides, which count against the job's `max_memory`; 0 where only the
     /// mesh shall count.

@@ -1,6 +1,6 @@
 //! Plates: geometries without thickness, whose facets all lie in one plane across an axis, as the faces of cells that they cover.
 //!
-//! A plate has no cell. Files of solvers whose conductors may be faces have its faces ([`Mesh::plates`](crate::derived::mesh::Mesh::plates)), which are found as
+//! A plate has no cell. Files of solvers whose conductors may be faces have its faces ([`Mesh::plates`](hexcast_core::derived::mesh::Mesh::plates)), which are found as
 //! those of sheets of a staggered grid are: a face is one of the plate if the plate crosses the link between the centres of its two cells.
 //! Where two geometries meet the higher rank wins: of two plates on a face that one; and a face between two cells of higher ranks is covered. Between a
 //! cell of a higher rank and one of none the face stays: a strip on a board is not in it. Cells know flags, not ranks: where geometries of
@@ -11,13 +11,13 @@
 
 use super::halo::Beyond;
 use super::prepare::Prepared;
-use crate::base::control::Control;
-use crate::base::error::Result;
-use crate::base::finding::Finding;
-use crate::cells::columns::Columns;
-use crate::derived::staggered::{Coded, SheetFace, crossed_faces, highest, under};
-use crate::grid::frame::{Ends, Frame};
-use crate::input::geometry::{Fill, Geometry};
+use hexcast_core::base::control::Control;
+use hexcast_core::base::error::Result;
+use hexcast_core::base::finding::Finding;
+use hexcast_core::cells::columns::Columns;
+use hexcast_core::derived::staggered::{Coded, SheetFace, crossed_faces, highest, under};
+use hexcast_core::grid::frame::{Ends, Frame};
+use hexcast_core::input::geometry::{Fill, Geometry};
 
 /// The faces of plates across each axis, counted from the first cell that is meshed, with rank + 1.
 pub(super) struct Plates {
@@ -89,7 +89,7 @@ impl Plates {
                 if [before, behind].into_iter().all(|flag| self.lowest_rank(flag).is_some_and(|lowest| lowest > rank)) {
                     covers.extend([(rank, before), (rank, behind)]);
                 } else {
-                    faces.push(SheetFace { axis: axis as u8, face: beyond.moved(face), flag: self.flag_of_rank[rank] });
+                    faces.push(SheetFace::new(axis as u8, beyond.moved(face), self.flag_of_rank[rank]));
                 }
             }
         }

@@ -1,18 +1,18 @@
 //! What a job becomes on the host before a ray is cast.
 
-use crate::base::error::{Error, Result};
-use crate::base::finding::Finding;
-use crate::derived::mesh::Named;
-use crate::grid::domain::{BoundingBox, Domain};
-use crate::grid::frame::check_limits;
-use crate::grid::lines::{Body, Lines, check_n_cells, graded, lines};
-use crate::grid::rays::Rays;
-use crate::grid::window::CellWindow;
-use crate::input::geometry::Geometry;
-use crate::input::job::{AxisChoice, GradedJob, HaloEdge, Job, LinksJob, PartJob, ZarrJob};
-use crate::input::sources::{Source, geometries, unit};
 use crate::meshing::parts::parts;
-use crate::output::shards::Shards;
+use hexcast_core::base::error::{Error, Result};
+use hexcast_core::base::finding::Finding;
+use hexcast_core::derived::mesh::Named;
+use hexcast_core::grid::domain::{BoundingBox, Domain};
+use hexcast_core::grid::frame::check_limits;
+use hexcast_core::grid::lines::{Body, Lines, check_n_cells, graded, lines};
+use hexcast_core::grid::rays::Rays;
+use hexcast_core::grid::window::CellWindow;
+use hexcast_core::input::geometry::Geometry;
+use hexcast_core::input::job::{AxisChoice, GradedJob, HaloEdge, Job, LinksJob, PartJob, ZarrJob};
+use hexcast_core::input::sources::{Source, geometries, unit};
+use hexcast_files::shards::Shards;
 
 use super::names::names;
 
@@ -54,7 +54,7 @@ pub struct Prepared {
 ///
 /// # Errors
 /// Those of [`Job::validate`], [`geometries`], [`Domain::new`], [`lines`], [`graded`]; [`check_n_cells`], and the limits of
-/// [`crate::grid::frame::Frame::new`]; `too-many-geometries` for links and fractions; `job-conflict` where geometries of one flag have
+/// [`Frame::new`](hexcast_core::grid::frame::Frame::new); `too-many-geometries` for links and fractions; `job-conflict` where geometries of one flag have
 /// different materials; `job-value` where the window ends beyond the box; those of [`parts`].
 pub fn prepare(job: &Job, sources: Vec<Source>) -> Result<Prepared> {
     job.validate()?;
@@ -123,7 +123,7 @@ fn lines_around(geometries: &[Geometry], job: &GradedJob, domain: &Domain) -> Re
     let body = |(index, of): (usize, &'_ Geometry)| of.bounding_box().map(|bounds| (index, (bounds, of.sizing)));
     let (indices, boxes): (Vec<_>, Vec<_>) = geometries.iter().enumerate().filter_map(body).unzip();
     let named = indices.iter().map(|&index| geometries[index].name.as_str()).zip(boxes);
-    let bodies: Vec<Body> = named.map(|(name, (bounds, sizing))| Body { name, bounds, sizing }).collect();
+    let bodies: Vec<Body> = named.map(|(name, (bounds, sizing))| Body::new(name, bounds, sizing)).collect();
     let (lines, mut findings) = graded(job, domain, &bodies)?;
     findings.iter_mut().filter_map(|of| of.geometry.as_mut()).for_each(|of| of.index = indices[of.index]);
     Ok((lines, findings))

@@ -2,9 +2,9 @@
 
 use serde_json::{Value, json};
 
-use crate::base::finding::{Finding, Remedy};
-use crate::input::geometry::{Fill, Geometry};
-use crate::input::job::{DEFAULT_CELLS, Job};
+use hexcast_core::base::finding::{Finding, Remedy};
+use hexcast_core::input::geometry::{Fill, Geometry};
+use hexcast_core::input::job::{DEFAULT_CELLS, Job};
 
 /// Adds to findings what helps; `geometries` are those of the job.
 pub(super) fn add_remedies(findings: &mut [Finding], job: &Job, geometries: &[Geometry]) {
@@ -60,7 +60,7 @@ fn of_lost_shells(finding: &Finding, job: &Job, geometry: &Geometry) -> Vec<Reme
     let fill = match geometry.fill {
         Fill::Centre if is_kept => Some("separating"),
         Fill::Centre | Fill::Separating => Some("conservative"),
-        Fill::Conservative => None,
+        _ => None,
     };
     let filled = fill.and_then(|fill| setting(job, geometry, "Keep thin parts", ("fill", fill)));
     finer.into_iter().chain(filled).collect()

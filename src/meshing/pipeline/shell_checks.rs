@@ -9,20 +9,20 @@
 //! itself, so that their reports say the same.
 
 use super::prepare::Prepared;
-use crate::base::control::Control;
-use crate::base::error::Result;
-use crate::base::memory::Memory;
-use crate::cells::columns::Columns;
-use crate::derived::shells::lone::{CellBox, cells_of, stand_alone, volumes};
-use crate::derived::shells::numbers::Numbers;
-use crate::derived::shells::own_cells::{Alone, Caster, Shell, numbers, shells};
-use crate::grid::closed::Closed;
-use crate::grid::frame::Frame;
-use crate::grid::lines::Lines;
-use crate::grid::volume_bound::BoundSums;
-use crate::input::geometry::{Fill, Geometry};
-use crate::input::job::Job;
-use crate::output::report::{MAX_OFF, MAX_SHELLS, MAX_SHELLS_OF_PART, ShellCheck, ShellReport, is_cut, off};
+use crate::meshing::report::{MAX_OFF, MAX_SHELLS, MAX_SHELLS_OF_PART, ShellCheck, ShellReport, is_cut, off};
+use hexcast_core::base::control::Control;
+use hexcast_core::base::error::Result;
+use hexcast_core::base::memory::Memory;
+use hexcast_core::cells::columns::Columns;
+use hexcast_core::derived::shells::lone::{CellBox, cells_of, stand_alone, volumes};
+use hexcast_core::derived::shells::numbers::Numbers;
+use hexcast_core::derived::shells::own_cells::{Alone, Caster, Shell, numbers, shells};
+use hexcast_core::grid::closed::Closed;
+use hexcast_core::grid::frame::Frame;
+use hexcast_core::grid::lines::Lines;
+use hexcast_core::grid::volume_bound::BoundSums;
+use hexcast_core::input::geometry::{Fill, Geometry};
+use hexcast_core::input::job::Job;
 
 /// By how many times as many cells along each axis are tried for shells without cells.
 const FACTORS: [u32; 8] = [2, 3, 4, 6, 8, 12, 16, 24];

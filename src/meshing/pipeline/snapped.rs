@@ -2,13 +2,13 @@
 
 use super::options::MeshOptions;
 use super::prepare::Prepared;
-use crate::base::control::Control;
-use crate::base::error::Result;
-use crate::base::memory::{Held, Memory};
-use crate::grid::rays::Rays;
-use crate::input::geometry::Geometry;
-use crate::input::job::Job;
-use crate::stages::snapping::{FACETS_AT_ONCE, Snapped, Snapping};
+use hexcast_core::base::control::Control;
+use hexcast_core::base::error::Result;
+use hexcast_core::base::memory::{Held, Memory};
+use hexcast_core::grid::rays::Rays;
+use hexcast_core::input::geometry::Geometry;
+use hexcast_core::input::job::Job;
+use hexcast_core::stages::snapping::{FACETS_AT_ONCE, Snapped, Snapping};
 
 /// Bytes of a snapped facet, and of one while the edges of its geometry are compared.
 const SNAPPED_BYTES: u64 = 38;
@@ -22,7 +22,7 @@ const MANY_FACETS: usize = 1 << 20;
 /// edges that are not proper, by windows and by certificates.
 ///
 /// # Errors
-/// Those of [`crate::grid::frame::Frame::new`]; `memory`; `cancelled`.
+/// Those of [`Frame::new`](hexcast_core::grid::frame::Frame::new); `memory`; `cancelled`.
 pub(super) async fn snapped(
     (job, options): (&Job, &MeshOptions),
     prepared: &Prepared,

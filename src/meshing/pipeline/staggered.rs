@@ -3,19 +3,19 @@
 use super::borders::{Left, Whole, overlay};
 use super::measured::Uncut;
 use super::prepare::Prepared;
-use crate::base::error::Result;
-use crate::cells::columns::{Columns, ColumnsBuilder};
-use crate::derived::fractions::Fractions;
-use crate::derived::links::Links;
-use crate::derived::staggered::{COMPONENTS, Conductors, Staggered, check_dims};
-use crate::grid::frame::Frame;
-use crate::grid::rays::Rays;
-use crate::input::geometry::{Fill, Geometry};
-use crate::input::job::Job;
-use crate::open_surfaces::doubt::Doubt;
-use crate::open_surfaces::overlay::split;
-use crate::output::report::MAX_BOXES;
-use crate::stages::cast::Cast;
+use crate::meshing::report::MAX_BOXES;
+use hexcast_core::base::error::Result;
+use hexcast_core::cells::columns::{Columns, ColumnsBuilder};
+use hexcast_core::derived::fractions::Fractions;
+use hexcast_core::derived::links::Links;
+use hexcast_core::derived::staggered::{COMPONENTS, Conductors, Staggered, check_dims};
+use hexcast_core::grid::frame::Frame;
+use hexcast_core::grid::rays::Rays;
+use hexcast_core::input::geometry::{Fill, Geometry};
+use hexcast_core::input::job::Job;
+use hexcast_core::open_surfaces::doubt::Doubt;
+use hexcast_core::open_surfaces::overlay::split;
+use hexcast_core::stages::cast::Cast;
 
 impl Uncut {
     /// All that a job asks for: each is held with those before it.

@@ -4,20 +4,20 @@
 use serde_json::json;
 
 use super::prepare::Prepared;
-use crate::base::error::Result;
-use crate::base::finding::{Finding, NamedGeometry, Remedy};
-use crate::cells::columns::run_cell;
-use crate::derived::mesh::Mesh;
-use crate::derived::shells::{n_rays_looked_at, overlapping_shells};
-use crate::grid::frame::{Frame, SnappedFacet};
-use crate::grid::lines::Lines;
-use crate::grid::rays::Rays;
-use crate::input::edges::BadEdge;
-use crate::input::geometry::{Facet, Fill, Geometry, Open};
-use crate::input::job::{Job, Rule};
-use crate::output::report::{GeometryReport, InputReport, ShellsReport, WithoutCells};
-use crate::stages::cast::Cast;
-use crate::stages::cpu::{self, Window, window_of_rows};
+use crate::meshing::report::{GeometryReport, InputReport, ShellsReport, WithoutCells};
+use hexcast_core::base::error::Result;
+use hexcast_core::base::finding::{Finding, NamedGeometry, Remedy};
+use hexcast_core::cells::columns::run_cell;
+use hexcast_core::derived::mesh::Mesh;
+use hexcast_core::derived::shells::{n_rays_looked_at, overlapping_shells};
+use hexcast_core::grid::frame::{Frame, SnappedFacet};
+use hexcast_core::grid::lines::Lines;
+use hexcast_core::grid::rays::Rays;
+use hexcast_core::input::edges::BadEdge;
+use hexcast_core::input::geometry::{Facet, Fill, Geometry, Open};
+use hexcast_core::input::job::{Job, Rule};
+use hexcast_core::stages::cast::Cast;
+use hexcast_core::stages::cpu::{self, Window, window_of_rows};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
@@ -354,7 +354,7 @@ fn cause_of_filled(geometry: &Geometry, prepared: &Prepared, mesh: &Mesh) -> Res
 
 /// The geometry whose flag this is has the cells; None where no geometry has it.
 fn covered_by(flag: u8, prepared: &Prepared, mesh: &Mesh) -> Option<Cause> {
-    let named = mesh.names.iter().find(|named| named.flag == flag && flag > 0)?;
+    let named = mesh.names().iter().find(|named| named.flag == flag && flag > 0)?;
     let text =
         format!("its cells are those of \"{}\" (flag {flag}), which wins; give it a higher priority", named.name);
     // of several with its flag that of the highest rank

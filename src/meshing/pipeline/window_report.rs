@@ -1,11 +1,11 @@
 //! What the report says of a window.
 
 use super::prepare::Prepared;
-use crate::base::error::Result;
-use crate::cells::columns::Columns;
-use crate::cells::fingerprint::flags_sum;
-use crate::derived::staggered::Staggered;
-use crate::output::report::{StaggeredReport, WindowReport, WindowSums};
+use crate::meshing::report::{StaggeredReport, WindowReport, WindowSums};
+use hexcast_core::base::error::Result;
+use hexcast_core::cells::columns::Columns;
+use hexcast_core::cells::fingerprint::flags_sum;
+use hexcast_core::derived::staggered::Staggered;
 
 /// Says which cells were meshed.
 pub(super) fn window_report(

@@ -2,12 +2,12 @@
 
 use hexcast::columns::{Band, Columns, run, run_cell, run_flag};
 use hexcast::control::Control;
-use hexcast::grid::rays::Rays;
 use hexcast::lines::Lines;
 use hexcast::mesh::{Mesh, Named};
 use hexcast::report::ColumnsReport;
 use hexcast::write::{Compress, Format, Options, write};
 use hexcast::{Error, Result, column_file};
+use hexcast_core::grid::rays::Rays;
 
 use super::harness::Target;
 use super::mutate::Random;

@@ -1,10 +1,10 @@
 //! Flags on a device of the caller's own: a buffer that holds what the host expands, whatever the limits of the device.
 
-use hexcast::cells::flags::CellBox;
 use hexcast::gpu::{Cells, Expander, instance};
 use hexcast::job::Job;
 use hexcast::mesh::Mesh;
 use hexcast::pipeline::Engine;
+use hexcast_core::cells::flags::CellBox;
 use wgpu::{BufferDescriptor, BufferUsages, Device, DeviceDescriptor, Limits, MapMode, PollType, Queue};
 
 use crate::models;

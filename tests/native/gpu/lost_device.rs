@@ -6,13 +6,13 @@ use hexcast::columns::Columns;
 use hexcast::control::Control;
 use hexcast::geometry::Geometry;
 use hexcast::gpu::Gpu;
-use hexcast::grid::frame::Frame;
-use hexcast::grid::rays::Rays;
 use hexcast::lines::Lines;
 use hexcast::pipeline::Engine;
-use hexcast::stages::cast::Cast;
-use hexcast::stages::cpu;
-use hexcast::stages::map::Rule;
+use hexcast_core::grid::frame::Frame;
+use hexcast_core::grid::rays::Rays;
+use hexcast_core::stages::cast::Cast;
+use hexcast_core::stages::cpu;
+use hexcast_core::stages::map::Rule;
 
 use super::kernels;
 use crate::models;

@@ -5,9 +5,9 @@ use std::cell::RefCell;
 
 use hexcast::geometry::Geometry;
 use hexcast::gpu::{DEEP, LINKED};
-use hexcast::grid::frame::{Frame, MAX_CELLS_PER_AXIS, SPAN_BITS};
 use hexcast::lines::Lines;
-use hexcast::stages::crossings::event;
+use hexcast_core::grid::frame::{Frame, MAX_CELLS_PER_AXIS, SPAN_BITS};
+use hexcast_core::stages::crossings::event;
 
 use super::bits::Symbolic;
 use super::formulas::Formulas;

@@ -1,6 +1,6 @@
 //! Cells that differ in size: all is counted in units, so that quotients are longer, and centres are searched.
 
-use hexcast::grid::frame::{MAX_CELLS_PER_AXIS, SPAN_BITS};
+use hexcast_core::grid::frame::{MAX_CELLS_PER_AXIS, SPAN_BITS};
 use naga::{Expression, Literal, Module};
 
 use super::interpret::{Interpreter, Value, signed, unsigned};

@@ -3,7 +3,7 @@
 
 use std::cell::RefCell;
 
-use hexcast::stages::cast::BIN;
+use hexcast_core::stages::cast::BIN;
 use naga::Module;
 
 use super::bits::{Bits, Symbolic};

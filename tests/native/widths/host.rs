@@ -1,9 +1,9 @@
 //! The host's quotients and steps for the widest facets there are: no overflow, which the build checks, and the cells of quotients in 128
 //! bits.
 
-use hexcast::grid::frame::{Frame, MIN_FRACTION_BITS, Ranks, SPAN_BITS, SnappedFacet};
-use hexcast::grid::rays::Rays;
-use hexcast::stages::crossings::crossings_of_window;
+use hexcast_core::grid::frame::{Frame, MIN_FRACTION_BITS, Ranks, SPAN_BITS, SnappedFacet};
+use hexcast_core::grid::rays::Rays;
+use hexcast_core::stages::crossings::crossings_of_window;
 
 use super::kernels::hull;
 

@@ -5,7 +5,7 @@
 
 use std::cell::RefCell;
 
-use hexcast::grid::frame::{MAX_CELLS_PER_AXIS, MIN_FRACTION_BITS, SPAN_BITS};
+use hexcast_core::grid::frame::{MAX_CELLS_PER_AXIS, MIN_FRACTION_BITS, SPAN_BITS};
 use naga::{Module, TypeInner};
 
 use super::interpret::{Interpreter, Value, signed, unsigned};
@@ -165,7 +165,7 @@ fn area_slopes_and_height_have_the_widths_that_facet_rs_says() {
 #[test]
 fn a_bin_changes_q_by_less_than_2_30() {
     let changes = |span_bits: u32, bin: i128| 2 * (bin - 1) * hull(span_bits, MIN_FRACTION_BITS);
-    assert!(is_within((0, changes(SPAN_BITS, hexcast::stages::cast::BIN.into())), (0, (1 << 30) - 1)));
+    assert!(is_within((0, changes(SPAN_BITS, hexcast_core::stages::cast::BIN.into())), (0, (1 << 30) - 1)));
     assert!(!is_within((0, changes(SPAN_BITS, 16)), (0, (1 << 30) - 1)));
     assert!(!is_within((0, changes(SPAN_BITS + 1, 8)), (0, (1 << 30) - 1)));
 }

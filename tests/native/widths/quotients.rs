@@ -3,8 +3,8 @@
 
 use std::cell::Cell;
 
-use hexcast::grid::frame::{MIN_FRACTION_BITS, SPAN_BITS};
-use hexcast::stages::cast::BIN;
+use hexcast_core::grid::frame::{MIN_FRACTION_BITS, SPAN_BITS};
+use hexcast_core::stages::cast::BIN;
 use naga::{Expression, Literal, Module};
 
 use super::interpret::{Interpreter, Value};

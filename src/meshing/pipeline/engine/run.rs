@@ -1,21 +1,21 @@
 //! What an engine runs: it meshes, or hands out crossings, on the GPU as long as that is there and right, then on the CPU.
 
 use super::Engine;
-use crate::base::control::Control;
-#[cfg(feature = "gpu")]
-use crate::base::error::Error;
-use crate::base::error::Result;
-use crate::cells::columns::{Band, Columns, ColumnsBuilder};
-#[cfg(feature = "gpu")]
-use crate::gpu::{Gpu, Options, Usage, instance};
-use crate::grid::rays::Rays;
-use crate::input::job::Rule;
 use crate::meshing::estimate::{BandLimit, MemoryBudget};
-use crate::open_surfaces::overlay::Overlay;
-use crate::stages::axis_crossings::{AxisCasts, AxisCrossings, Collected};
-use crate::stages::cast::Cast;
-use crate::stages::cpu;
-use crate::stages::crossings::Crossings;
+use hexcast_core::base::control::Control;
+#[cfg(feature = "gpu")]
+use hexcast_core::base::error::Error;
+use hexcast_core::base::error::Result;
+use hexcast_core::cells::columns::{Band, Columns, ColumnsBuilder};
+use hexcast_core::grid::rays::Rays;
+use hexcast_core::input::job::Rule;
+use hexcast_core::open_surfaces::overlay::Overlay;
+use hexcast_core::stages::axis_crossings::{AxisCasts, AxisCrossings, Collected};
+use hexcast_core::stages::cast::Cast;
+use hexcast_core::stages::cpu;
+use hexcast_core::stages::crossings::Crossings;
+#[cfg(feature = "gpu")]
+use hexcast_gpu::{Gpu, Options, Usage, instance};
 
 /// Times that a lost device is opened again.
 #[cfg(feature = "gpu")]

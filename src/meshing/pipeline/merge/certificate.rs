@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use super::part::{Part, rank, total};
-use crate::base::error::Result;
-use crate::grid::lines::Lines;
-use crate::grid::totals::{Ruler, Total};
-use crate::output::report::{CertificateReport, GapReport, GeometryReport, OverlapReport, ThinWallReport};
+use crate::meshing::report::{CertificateReport, GapReport, GeometryReport, OverlapReport, ThinWallReport};
+use hexcast_core::base::error::Result;
+use hexcast_core::grid::lines::Lines;
+use hexcast_core::grid::totals::{Ruler, Total};
 
 /// The certificate of the whole; None where a part has none.
 pub(super) fn merged_certificate(

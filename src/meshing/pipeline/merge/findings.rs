@@ -5,13 +5,13 @@ use std::collections::BTreeMap;
 use serde_json::Value;
 
 use super::part::{Part, rank};
-use crate::base::finding::{Finding, Merging, in_order_of_codes, merging};
-use crate::grid::lines::Lines;
-use crate::grid::rays::Rays;
 use crate::meshing::pipeline::warnings::{about_odd_rays, about_shells};
-use crate::output::report::{
+use crate::meshing::report::{
     CertificateReport, FillReport, FlagReport, GeometryReport, OpenReport, ShellsReport, thick_flags,
 };
+use hexcast_core::base::finding::{Finding, Merging, in_order_of_codes, merging};
+use hexcast_core::grid::lines::Lines;
+use hexcast_core::grid::rays::Rays;
 
 /// What was added up and leads to findings.
 pub(super) struct Counted<'a> {

@@ -4,11 +4,11 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
-use crate::base::error::{Error, Result};
-use crate::base::finding::Finding;
-use crate::grid::lines::{AXES, Lines, MAX_LISTED};
-use crate::grid::totals::Total;
-use crate::output::report::{CertificateReport, DoubtReport, FlagReport, GeometryReport, OpenReport, WindowReport};
+use crate::meshing::report::{CertificateReport, DoubtReport, FlagReport, GeometryReport, OpenReport, WindowReport};
+use hexcast_core::base::error::{Error, Result};
+use hexcast_core::base::finding::Finding;
+use hexcast_core::grid::lines::{AXES, Lines, MAX_LISTED};
+use hexcast_core::grid::totals::Total;
 
 /// The lines of a report of cells that differ in size.
 #[derive(Deserialize)]

@@ -1,0 +1,124 @@
+//! Sorting with little code in wasm, for lists that are short or sorted rarely. There the standard library's sort takes 3 kB for
+//! each type.
+//!
+//! Natively this is the standard library's sort. In wasm it is a heap sort (Williams 1964; Floyd 1964), compiled once for all
+//! types, and some three times slower.
+
+#[cfg(not(target_arch = "wasm32"))]
+use crate::base::parallel::*;
+
+/// Sorts a list; equal elements in any order.
+pub(crate) fn sort<T: Ord>(list: &mut [T]) {
+    sort_by(list, |one, other| one < other);
+}
+
+/// Sorts a list by a key; elements of equal keys in any order.
+pub fn sort_by_key<T, K: Ord>(list: &mut [T], key: impl Fn(&T) -> K) {
+    #[cfg(not(target_arch = "wasm32"))]
+    list.sort_unstable_by_key(key);
+    #[cfg(target_arch = "wasm32")]
+    sort_by(list, |one, other| key(one) < key(other));
+}
+
+/// Sorts a list that is nearly in order by a key, which all elements have for themselves.
+pub(crate) fn sort_nearly_by_key<T, K: Ord>(list: &mut [T], key: impl Fn(&T) -> K) {
+    #[cfg(not(target_arch = "wasm32"))]
+    list.sort_by_key(key);
+    #[cfg(target_arch = "wasm32")]
+    sort_by_key(list, key);
+}
+
+/// Sorts a list on all cores.
+#[cfg(not(target_arch = "wasm32"))]
+pub(crate) fn par_sort<T: Ord + Send>(list: &mut [T]) {
+    list.par_sort_unstable();
+}
+
+#[cfg(target_arch = "wasm32")]
+pub(crate) fn par_sort<T: Ord>(list: &mut [T]) {
+    sort(list);
+}
+
+/// Sorts a list by what comes before what.
+pub(crate) fn sort_by<T>(list: &mut [T], is_before: impl Fn(&T, &T) -> bool) {
+    #[cfg(not(target_arch = "wasm32"))]
+    list.sort_unstable_by(|one, other| is_before(other, one).cmp(&is_before(one, other)));
+    #[cfg(target_arch = "wasm32")]
+    heap_sort(list.len(), &mut |step| step_of(list, &is_before, step));
+}
+
+/// What is done with two places of a list.
+#[cfg(any(test, target_arch = "wasm32"))]
+#[derive(Clone, Copy)]
+enum Step {
+    /// Asks whether the first comes before the second.
+    Compare(usize, usize),
+    Swap(usize, usize),
+}
+
+#[cfg(any(test, target_arch = "wasm32"))]
+fn step_of<T>(list: &mut [T], is_before: impl Fn(&T, &T) -> bool, step: Step) -> bool {
+    match step {
+        Step::Compare(one, other) => is_before(&list[one], &list[other]),
+        Step::Swap(one, other) => {
+            list.swap(one, other);
+            true
+        }
+    }
+}
+
+/// Sorts `n` places.
+#[cfg(any(test, target_arch = "wasm32"))]
+fn heap_sort(n: usize, step: &mut dyn FnMut(Step) -> bool) {
+    for root in (0..n / 2).rev() {
+        sift(root, n, step);
+    }
+    for end in (1..n).rev() {
+        step(Step::Swap(0, end));
+        sift(0, end, step);
+    }
+}
+
+/// Moves the element of a place down until none below it, up to an end, comes after it.
+#[cfg(any(test, target_arch = "wasm32"))]
+fn sift(mut root: usize, end: usize, step: &mut dyn FnMut(Step) -> bool) {
+    while 2 * root + 1 < end {
+        let first = 2 * root + 1;
+        let child = if first + 1 < end && step(Step::Compare(first, first + 1)) { first + 1 } else { first };
+        if !step(Step::Compare(root, child)) {
+            return;
+        }
+        step(Step::Swap(root, child));
+        root = child;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_lists_of_few_and_some_of_many_are_sorted_as_by_the_library() {
+        let mut state = 1u32;
+        for n in (0..40).chain([1000, 4097]) {
+            for _ in 0..20 {
+                let mut random = || {
+                    state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                    state >> 24
+                };
+                let list: Vec<u32> = (0..n).map(|_| random()).collect();
+                let mut expected = list.clone();
+                expected.sort_unstable();
+                let mut heaped = list.clone();
+                heap_sort(list.len(), &mut |step| step_of(&mut heaped, |one, other| one < other, step));
+                assert_eq!(heaped, expected);
+                let mut sorted = list.clone();
+                sort(&mut sorted);
+                assert_eq!(sorted, expected);
+                let mut backward = list;
+                sort_by_key(&mut backward, |number| u32::MAX - number);
+                assert!(backward.iter().rev().eq(&expected));
+            }
+        }
+    }
+}

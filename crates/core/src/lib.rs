@@ -1,0 +1,98 @@
+//! The core of hexcast, from the bytes of surfaces to cells, and what is found in them. Callers use the crate `hexcast`, which passes on what
+//! they may rely on.
+
+// what is public names stages that errors come from
+#![allow(rustdoc::private_intra_doc_links)]
+
+// The groups, each on those before it. They are open to the other crates of hexcast, and change without notice.
+
+#[doc(hidden)]
+pub mod base {
+    pub mod checksum;
+    pub mod control;
+    pub mod error;
+    pub mod finding;
+    pub mod length;
+    pub mod memory;
+    pub mod parallel;
+    pub mod set;
+    pub mod sort;
+    pub mod zlib;
+}
+#[doc(hidden)]
+pub mod input {
+    pub mod edges;
+    pub mod geometry;
+    pub mod job;
+    pub mod preview;
+    pub mod read;
+    pub mod sources;
+    pub mod surface;
+}
+#[doc(hidden)]
+pub mod grid {
+    pub mod closed;
+    pub mod domain;
+    pub mod frame;
+    pub mod lines;
+    pub mod rays;
+    pub mod totals;
+    pub mod volume_bound;
+    pub mod window;
+}
+#[doc(hidden)]
+pub mod cells {
+    pub mod columns;
+    pub mod fingerprint;
+    pub mod flags;
+    pub mod volumes;
+}
+#[doc(hidden)]
+pub mod stages {
+    pub mod axis_crossings;
+    pub mod cast;
+    pub mod cpu;
+    pub mod crossings;
+    pub mod facet;
+    pub mod inside;
+    pub mod lattice;
+    pub mod map;
+    pub mod snapping;
+}
+#[doc(hidden)]
+pub mod open_surfaces {
+    pub mod doubt;
+    pub mod open;
+    pub mod overlay;
+    pub mod sheet;
+}
+#[doc(hidden)]
+pub mod derived {
+    pub mod certificate;
+    pub mod cut;
+    pub mod difference;
+    pub mod fractions;
+    pub mod gaps;
+    pub mod leak;
+    pub mod links;
+    pub mod mesh;
+    pub mod shells;
+    pub mod skin;
+    pub mod staggered;
+    pub mod walls;
+}
+/// What tests of several crates use.
+#[cfg(any(test, feature = "testing"))]
+#[doc(hidden)]
+pub mod testing;
+
+pub use base::control::{self, Control};
+pub use base::error::{self, Error, Result};
+pub use base::{finding, length, memory};
+pub use cells::columns;
+pub use derived::mesh::{self, Mesh};
+pub use derived::{cut, difference, fractions, gaps, leak, links, skin, staggered, walls};
+pub use grid::lines;
+pub use input::job::{self, GeometryJob, Job};
+pub use input::sources::{self, Source};
+pub use input::{geometry, read, surface};

@@ -1,0 +1,344 @@
+//! A ZIP archive of NumPy arrays, as `numpy.savez` writes them: what `.npz` files are.
+//!
+//! Arrays -> bytes, piece by piece, with rests between them for callers that take them one by one. Entries are stored, or
+//! deflated. Sizes are 64-bit, so that nothing ends at 4 GiB, and follow the data, so that nothing is written twice.
+//! Source: NumPy's `numpy.lib.npyio`, PKWARE's APPNOTE. Cost: a piece of memory.
+
+use std::cell::RefCell;
+use std::io::{self, Write};
+use std::rc::Rc;
+
+use zip::write::{SimpleFileOptions, StreamWriter};
+use zip::{CompressionMethod, DateTime, ZipWriter};
+
+use super::{Compress, Sink, npy};
+use hexcast_core::base::control::{Control, at_once};
+use hexcast_core::base::error::{Error, Result};
+
+/// Items of a list that are laid out at a time.
+const AT_ONCE: usize = 1 << 16;
+/// Bytes that pass through an archive at a time.
+const BYTES_AT_ONCE: usize = 1 << 18;
+
+/// An array, which is made piece by piece.
+pub struct Array<'a> {
+    name: &'a str,
+    kind: &'a str,
+    shape: Vec<u64>,
+    n_pieces: usize,
+    piece: Box<dyn Fn(usize) -> Result<Vec<u8>> + 'a>,
+}
+
+impl<'a> Array<'a> {
+    /// An array of as many pieces, each of which `piece` makes.
+    pub(super) fn new(
+        (name, kind): (&'a str, &'a str),
+        shape: &[u64],
+        n_pieces: usize,
+        piece: impl Fn(usize) -> Result<Vec<u8>> + 'a,
+    ) -> Array<'a> {
+        Array { name, kind, shape: shape.to_vec(), n_pieces, piece: Box::new(piece) }
+    }
+
+    /// An array of an item each of a list.
+    pub(super) fn of_list<T>(named: (&'a str, &'a str), list: &'a [T], put: Put<T>) -> Array<'a> {
+        let chunk = move |index: usize| &list[index * AT_ONCE..list.len().min((index + 1) * AT_ONCE)];
+        Array::new(named, &[list.len() as u64], list.len().div_ceil(AT_ONCE), move |index| {
+            Ok(laid_out(chunk(index), put))
+        })
+    }
+
+    /// An array of an item each of a list in parts.
+    pub(super) fn of_parts<P, T: 'a>(
+        named: (&'a str, &'a str),
+        parts: &'a [P],
+        list: fn(&P) -> &[T],
+        put: Put<T>,
+    ) -> Array<'a> {
+        let n = parts.iter().map(|part| list(part).len() as u64).sum::<u64>();
+        Array::new(named, &[n], parts.len(), move |index| Ok(laid_out(list(&parts[index]), put)))
+    }
+
+    /// The same with so many numbers an item.
+    pub(super) fn with_rows(mut self, of_row: u64) -> Array<'a> {
+        self.shape.push(of_row);
+        self
+    }
+
+    /// An array of a caller's, by its bytes: little-endian, the last axis fastest.
+    ///
+    /// # Errors
+    /// `job-value` where type and shape are those of another number of bytes.
+    pub fn of_bytes((name, kind): (&'a str, &'a str), shape: &[u64], bytes: &'a [u8]) -> Result<Array<'a>> {
+        let chunk = move |index: usize| &bytes[index * BYTES_AT_ONCE..bytes.len().min((index + 1) * BYTES_AT_ONCE)];
+        let n_pieces = bytes.len().div_ceil(BYTES_AT_ONCE);
+        let array = Array::new((name, kind), shape, n_pieces, move |index| Ok(chunk(index).to_vec()));
+        match array.n_bytes() == bytes.len() as u64 {
+            true => Ok(array),
+            false => Err(other_length(&array, bytes.len())),
+        }
+    }
+
+    /// Its name in the archive.
+    pub fn name(&self) -> &str {
+        self.name
+    }
+
+    /// Its type as NumPy names it, such as `<f4`.
+    pub fn kind(&self) -> &str {
+        self.kind
+    }
+
+    /// Lengths of its axes, the last one fastest.
+    pub fn shape(&self) -> &[u64] {
+        &self.shape
+    }
+
+    /// Number of its bytes.
+    pub fn n_bytes(&self) -> u64 {
+        let of_item = self.kind.get(2..).and_then(|digits| digits.parse::<u64>().ok()).unwrap_or(0);
+        self.shape.iter().fold(of_item, |product, n| product.saturating_mul(*n))
+    }
+
+    /// Puts all its bytes, little-endian, into memory of the caller's.
+    ///
+    /// # Errors
+    /// `job-value` where that has another length; `io` where the array is made from what is in a store; `cancelled`, looked at before
+    /// every piece.
+    pub fn fill(&self, out: &mut [u8], control: &Control) -> Result<()> {
+        let (mut at, n_bytes) = (0, out.len());
+        for index in 0..self.n_pieces {
+            control.check()?;
+            let piece = (self.piece)(index)?;
+            let place = out.get_mut(at..at + piece.len()).ok_or_else(|| other_length(self, n_bytes))?;
+            place.copy_from_slice(&piece);
+            at += piece.len();
+        }
+        if at == n_bytes { Ok(()) } else { Err(other_length(self, n_bytes)) }
+    }
+
+    /// All bytes of the array, without a header.
+    ///
+    /// # Errors
+    /// `memory` where there is no room for them; `io` where it is made from what is in a store.
+    #[cfg(target_arch = "wasm32")]
+    pub fn bytes(&self) -> Result<Vec<u8>> {
+        let n_bytes = self.n_bytes();
+        let mut bytes = Vec::new();
+        bytes.try_reserve_exact(usize::try_from(n_bytes).unwrap_or(usize::MAX)).map_err(|_| {
+            let message = format!("the array {} takes {n_bytes} bytes, for which wasm has no room", self.name);
+            Error::new("memory", message, "save the .npz, which is written piece by piece, or use larger cells")
+        })?;
+        (0..self.n_pieces).try_for_each(|index| (self.piece)(index).map(|piece| bytes.extend(piece)))?;
+        Ok(bytes)
+    }
+
+    fn header(&self) -> Vec<u8> {
+        let shape = match self.shape[..] {
+            [n] => format!("({n},)"),
+            _ => format!("({})", self.shape.iter().map(u64::to_string).collect::<Vec<_>>().join(", ")),
+        };
+        npy::header_of(self.kind, &shape)
+    }
+}
+
+fn other_length(array: &Array, n_bytes: usize) -> Error {
+    let Array { name, kind, shape, .. } = array;
+    let message = format!("{n_bytes} bytes for the array {name}, which has the type {kind} and the shape {shape:?}");
+    Error::new("job-value", message, "give as many bytes as the array has")
+}
+
+/// Lays out the bytes of an item behind others.
+pub(super) type Put<T> = fn(&T, &mut Vec<u8>);
+
+fn laid_out<T>(items: &[T], put: Put<T>) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    for item in items {
+        put(item, &mut bytes);
+    }
+    bytes
+}
+
+/// What an archive writes to, and its caller takes from.
+#[derive(Clone, Default)]
+pub struct Buffer(Rc<RefCell<Vec<u8>>>);
+
+impl Buffer {
+    /// What was written since the last time.
+    pub fn take(&self) -> Vec<u8> {
+        self.0.take()
+    }
+}
+
+impl Write for Buffer {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.borrow_mut().extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// An archive while it is made.
+pub struct Archive {
+    zip: ZipWriter<StreamWriter<Buffer>>,
+    made: Buffer,
+    /// Bytes of an array that wait until there are [`BYTES_AT_ONCE`]: what is deflated depends on how it is handed over, and shall not depend
+    /// on the pieces that arrays come in.
+    waiting: Vec<u8>,
+    method: SimpleFileOptions,
+}
+
+impl Archive {
+    /// Begins an archive whose bytes go to a buffer.
+    pub fn new(compress: Compress, made: Buffer) -> Archive {
+        let method = match compress {
+            Compress::None => SimpleFileOptions::default().compression_method(CompressionMethod::Stored),
+            Compress::Zlib(level) => SimpleFileOptions::default()
+                .compression_method(CompressionMethod::Deflated)
+                .compression_level(Some(level.into())),
+        };
+        // the same bytes whenever they are written
+        let method = method.large_file(true).last_modified_time(DateTime::default());
+        Archive { zip: ZipWriter::new_stream(made.clone()), made, waiting: Vec::new(), method }
+    }
+
+    /// Begins a file, and ends the one before.
+    pub fn file(&mut self, name: &str) -> Result<&mut dyn Write> {
+        self.end_array()?;
+        self.zip.start_file(name, self.method).map_err(failed)?;
+        Ok(&mut self.zip)
+    }
+
+    /// Begins an array.
+    pub(super) fn begin(&mut self, name: &str, header: &[u8]) -> Result<()> {
+        self.file(&format!("{name}.npy"))?;
+        self.put(header)
+    }
+
+    fn put(&mut self, mut bytes: &[u8]) -> Result<()> {
+        while self.waiting.len() + bytes.len() >= BYTES_AT_ONCE {
+            let (first, rest) = bytes.split_at(BYTES_AT_ONCE - self.waiting.len());
+            self.waiting.extend_from_slice(first);
+            self.end_array()?;
+            bytes = rest;
+        }
+        self.waiting.extend_from_slice(bytes);
+        Ok(())
+    }
+
+    /// Hands over what waits.
+    fn end_array(&mut self) -> Result<()> {
+        let written = self.zip.write_all(&self.waiting);
+        self.waiting.clear();
+        written.map_err(|error| Error::io("writing the mesh", error))
+    }
+
+    /// Writes more of the array to a sink.
+    pub(super) fn pass(&mut self, bytes: &[u8], sink: &mut Sink) -> Result<()> {
+        bytes.chunks(BYTES_AT_ONCE).try_for_each(|some| {
+            self.put(some)?;
+            sink.put(&self.take())
+        })
+    }
+
+    /// Writes an array to a sink; rests before every piece of it.
+    pub(super) async fn add(&mut self, array: &Array<'_>, sink: &mut Sink<'_>, control: &Control) -> Result<()> {
+        self.begin(array.name, &array.header())?;
+        for index in 0..array.n_pieces {
+            control.rest().await?;
+            self.pass(&(array.piece)(index)?, sink)?;
+        }
+        Ok(())
+    }
+
+    /// What was made since the last time.
+    fn take(&mut self) -> Vec<u8> {
+        self.made.take()
+    }
+
+    /// Ends the archive, and returns its last bytes.
+    pub fn finish(mut self) -> Result<Vec<u8>> {
+        self.end_array()?;
+        self.zip.finish().map_err(failed)?;
+        Ok(self.made.take())
+    }
+}
+
+/// Writes a NumPy archive of arrays, `.npz`. Returns the number of bytes.
+///
+/// # Errors
+/// `io` where `out` fails, or an array is made from what is in a store that does.
+pub fn write_arrays(arrays: &[Array], compress: Compress, out: &mut dyn Write) -> Result<u64> {
+    write_named(arrays, "the arrays", compress, out)
+}
+
+/// The same; errors call them `what`.
+pub(super) fn write_named(
+    arrays: &[Array],
+    what: &'static str,
+    compress: Compress,
+    out: &mut dyn Write,
+) -> Result<u64> {
+    at_once(write_with_rests(arrays, what, compress, out, &Control::default()))
+}
+
+/// The same, with rests.
+///
+/// # Errors
+/// Those of [`write_arrays`]; `cancelled`.
+pub async fn write_with_rests(
+    arrays: &[Array<'_>],
+    what: &'static str,
+    compress: Compress,
+    out: &mut dyn Write,
+    control: &Control,
+) -> Result<u64> {
+    let mut sink = Sink::new(out, what);
+    let mut archive = Archive::new(compress, Buffer::default());
+    for array in arrays {
+        archive.add(array, &mut sink, control).await?;
+    }
+    sink.put(&archive.finish()?)?;
+    sink.finish()
+}
+
+fn failed(error: zip::result::ZipError) -> Error {
+    Error::io("writing the mesh", io::Error::other(error))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_bytes_do_not_depend_on_the_pieces_of_arrays() {
+        let bytes: Vec<u8> = (0..700_000_u32).map(|n| (n.wrapping_mul(2_654_435_761) >> 27) as u8).collect();
+        let written = |of_piece: usize| {
+            let n_pieces = bytes.len().div_ceil(of_piece);
+            let piece = |index: usize| Ok(bytes[index * of_piece..bytes.len().min((index + 1) * of_piece)].to_vec());
+            let array = Array::new(("a", "|u1"), &[bytes.len() as u64], n_pieces, piece);
+            let mut out = Vec::new();
+            write_arrays(&[array], Compress::Zlib(6), &mut out).unwrap();
+            out
+        };
+        let whole = written(bytes.len());
+        assert!(whole.len() < bytes.len());
+        for of_piece in [1000, 65_537, BYTES_AT_ONCE, BYTES_AT_ONCE + 1] {
+            assert!(written(of_piece) == whole, "pieces of {of_piece} bytes");
+        }
+    }
+
+    #[test]
+    fn arrays_of_bytes_have_as_many_as_their_shape_says() {
+        let array = Array::of_bytes(("a", "<f4"), &[2, 3], &[7; 24]).unwrap();
+        let mut out = [0; 24];
+        array.fill(&mut out, &Control::default()).unwrap();
+        assert_eq!((out, array.n_bytes()), ([7; 24], 24));
+        assert_eq!(array.fill(&mut [0; 25], &Control::default()).unwrap_err().code(), "job-value");
+        assert_eq!(array.fill(&mut [0; 23], &Control::default()).unwrap_err().code(), "job-value");
+        assert!(Array::of_bytes(("a", "<f4"), &[2, 3], &[7; 23]).is_err());
+    }
+}

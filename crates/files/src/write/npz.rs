@@ -1,0 +1,42 @@
+//! `.npz`: the flags and the lines of each axis as NumPy arrays in a ZIP archive.
+//!
+//! `flag` has the shape (nz, ny, nx), or on request (nx, ny, nz), and the type uint8, as in `.npy`; `x`, `y` and `z` have all lines of their axis, cells + 1 numbers of
+//! the type float64. Cost: two slabs of memory.
+
+use super::archive::{Archive, Array, Buffer};
+use super::{Options, Sink, npy, ordered};
+use hexcast_core::base::control::Control;
+use hexcast_core::base::error::Result;
+use hexcast_core::cells::flags::{CellBox, slabs_of_box};
+use hexcast_core::derived::mesh::Mesh;
+use hexcast_core::grid::lines::AXES;
+
+/// The lines of each axis.
+pub(super) fn lines(mesh: &Mesh) -> [Array<'_>; 3] {
+    [0, 1, 2].map(|axis: usize| {
+        let all = move |_| Ok(mesh.lines().list(axis).iter().flat_map(|line| line.to_le_bytes()).collect());
+        Array::new((AXES[axis], "<f8"), &[u64::from(mesh.dims()[axis]) + 1], 1, all)
+    })
+}
+
+/// Flags of a box of so many cells, some of them at a time.
+pub(super) fn flags<'a>(
+    name: &'static str,
+    [nx, ny, nz]: [u32; 3],
+    cells_at_once: usize,
+    flags: impl Fn(&CellBox) -> Result<Vec<u8>> + 'a,
+) -> Array<'a> {
+    let slabs: Vec<CellBox> = slabs_of_box(&[0..nx, 0..ny, 0..nz], cells_at_once).collect();
+    Array::new((name, "|u1"), &[nz, ny, nx].map(u64::from), slabs.len(), move |index| flags(&slabs[index]))
+}
+
+/// Writes the archive.
+pub(super) async fn write(mesh: &Mesh, options: &Options, sink: &mut Sink<'_>, control: &Control) -> Result<()> {
+    let mut archive = Archive::new(options.compress, Buffer::default());
+    for array in &lines(mesh) {
+        archive.add(array, sink, control).await?;
+    }
+    archive.begin("flag", &npy::header(mesh.dims(), options))?;
+    ordered::for_each_slab(mesh, options, control, &mut |flags| archive.pass(flags, sink)).await?;
+    sink.put(&archive.finish()?)
+}

@@ -1,0 +1,110 @@
+//! The bytes of a shard: its chunks, then their places in it, and a checksum of these.
+//!
+//! A chunk without any flag is left out. Source: the sharding codec of Zarr v3, ZEP 2.
+
+use std::io::Read;
+
+use crc::{CRC_32_ISCSI, Crc, NoTable};
+use flate2::Compression;
+use flate2::read::GzEncoder;
+
+use crate::write::Compress;
+use hexcast_core::base::error::{Error, Result};
+use hexcast_core::base::parallel::*;
+
+/// The checksum of the places, CRC-32C.
+pub(crate) const CHECKSUM: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISCSI);
+/// The place of a chunk that is left out.
+pub(crate) const NOWHERE: [u8; 16] = [0xff; 16];
+
+/// What a row of chunks is made of.
+pub(super) struct Row<'a> {
+    /// All numbers of its cells, x fastest.
+    pub(super) bytes: &'a [u8],
+    /// Cells on x, y, z, which may be fewer than those of its chunks.
+    pub(super) dims: [usize; 3],
+}
+
+/// How the chunks of a shard are stored.
+pub(super) struct Chunks {
+    /// Cells of a chunk on x, y, z.
+    pub(super) shape: [usize; 3],
+    /// Chunks of a row.
+    pub(super) n_of_row: usize,
+    /// Bytes of a number.
+    pub(super) n_bytes: usize,
+    pub(super) compress: Compress,
+}
+
+/// A shard while it is made, row by row.
+#[derive(Default)]
+pub(super) struct Shard {
+    /// Bytes so far.
+    at: u64,
+    places: Vec<u8>,
+}
+
+impl Shard {
+    /// The bytes of the next row of chunks; None is a row beyond the mesh.
+    ///
+    /// # Errors
+    /// `io` where a chunk cannot be compressed.
+    pub(super) fn row(&mut self, chunks: &Chunks, row: Option<&Row>) -> Result<Vec<u8>> {
+        let numbers: Vec<usize> = (0..chunks.n_of_row).collect();
+        let made = numbers.par_iter().map(|number| row.map_or(Ok(None), |row| chunks.encoded(row, *number)));
+        let made = made.collect::<Result<Vec<Option<Vec<u8>>>>>()?;
+        let mut bytes = Vec::new();
+        for chunk in made {
+            let Some(chunk) = chunk else {
+                self.places.extend(NOWHERE);
+                continue;
+            };
+            self.places.extend([self.at, chunk.len() as u64].into_iter().flat_map(u64::to_le_bytes));
+            self.at += chunk.len() as u64;
+            bytes.extend(chunk);
+        }
+        Ok(bytes)
+    }
+
+    /// The last bytes.
+    pub(super) fn end(mut self) -> Vec<u8> {
+        let checksum = CHECKSUM.checksum(&self.places);
+        self.places.extend(checksum.to_le_bytes());
+        self.places
+    }
+}
+
+impl Chunks {
+    /// A chunk of a row; None where all its numbers are 0.
+    fn encoded(&self, row: &Row, number: usize) -> Result<Option<Vec<u8>>> {
+        let ([cx, cy, cz], [nx, ny, nz], n_bytes) = (self.shape, row.dims, self.n_bytes);
+        let first = number * cx;
+        if first >= nx {
+            return Ok(None);
+        }
+        let length = cx.min(nx - first) * n_bytes;
+        let mut chunk = vec![0; cx * cy * cz * n_bytes];
+        for (index, from) in row.bytes.chunks_exact(nx * n_bytes).take(ny * nz).enumerate() {
+            let to = (index / ny * cy + index % ny) * cx * n_bytes;
+            chunk[to..to + length].copy_from_slice(&from[first * n_bytes..first * n_bytes + length]);
+        }
+        if chunk.iter().all(|byte| *byte == 0) {
+            return Ok(None);
+        }
+        Ok(Some(match self.compress {
+            Compress::None => chunk,
+            Compress::Zlib(level) => gzip(level, &chunk)?,
+        }))
+    }
+}
+
+/// Compresses by gzip at a level of 1 to 9.
+///
+/// # Errors
+/// `io`.
+pub(crate) fn gzip(level: u8, bytes: &[u8]) -> Result<Vec<u8>> {
+    let mut out = Vec::with_capacity(bytes.len() / 64);
+    let read = GzEncoder::new(bytes, Compression::new(level.into())).read_to_end(&mut out);
+    read.map_err(|error| Error::io("compressing a chunk", error))?;
+    Ok(out)
+}

@@ -1,0 +1,66 @@
+//! Files of more bytes than 32 bits count.
+
+use super::super::*;
+use hexcast_core::cells::columns::{Band, Columns, run};
+use hexcast_core::grid::lines::Lines;
+use hexcast_core::grid::rays::Rays;
+use hexcast_core::set;
+
+/// A sink that counts all bytes and keeps the first and the last of them.
+#[derive(Default)]
+struct Ends {
+    n_bytes: u64,
+    first: Vec<u8>,
+    last: Vec<u8>,
+}
+
+/// Bytes that [`Ends`] keeps on each side.
+const KEPT: usize = 2000;
+
+impl std::io::Write for Ends {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.n_bytes += bytes.len() as u64;
+        let missing = (KEPT - self.first.len()).min(bytes.len());
+        self.first.extend_from_slice(&bytes[..missing]);
+        self.last.extend_from_slice(&bytes[bytes.len().saturating_sub(KEPT)..]);
+        let excess = self.last.len().saturating_sub(KEPT);
+        self.last.drain(..excess);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+#[test]
+fn files_of_more_than_4_gib_end_as_they_should() {
+    // 4.6e9 cells; the last of them alone is flagged
+    let dims = [1 << 20, 66, 67];
+    let rays = Rays::new(0, dims);
+    let n_rays = rays.n_rays() as usize;
+    let ends = (0..n_rays).map(|ray| u32::from(ray + 1 == n_rays)).collect();
+    let runs = vec![run(dims[0] - 1, 1)];
+    let columns = Columns::new(rays, vec![set!(Band { ends, runs, ..Band::default() })]).unwrap();
+    let lines = Lines::new([0.0; 3], [1.0; 3], dims).unwrap();
+    let mesh = Mesh::new(lines, columns, vec![], None).unwrap();
+    let n_cells = mesh.n_cells();
+    assert!(n_cells > 1 << 32);
+    for (format, bits) in [(Format::Vti, false), (Format::Npy, false), (Format::Raw, true)] {
+        let options = Options { bits, ..Options::default() };
+        let mut out = Ends::default();
+        let written = write(&mesh, format, &options, &mut out, &Control::default()).unwrap();
+        assert_eq!(Some(out.n_bytes), exact_size(&mesh, format, &options), "{format:?}");
+        assert_eq!(written.n_bytes, out.n_bytes);
+        let (before, after) = around(&mesh, format, &options).unwrap().unwrap();
+        assert_eq!(out.first[..before.len()], before, "{format:?}");
+        let flags = &out.last[..KEPT - after.len()];
+        assert_eq!(out.last[flags.len()..], after, "{format:?}");
+        assert_eq!(flags.iter().position(|&flag| flag != 0), Some(flags.len() - 1), "{format:?}");
+        assert_eq!(flags[flags.len() - 1], if bits { 0x80 } else { 1 }, "{format:?}");
+        if format == Format::Vti {
+            // the length of the appended data is a 64-bit number
+            assert_eq!(before[before.len() - 8..], n_cells.to_le_bytes());
+        }
+    }
+}
