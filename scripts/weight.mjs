@@ -29,7 +29,7 @@ const read = (file) => readFileSync(path.join(ROOT, file), 'utf8');
 
 /** Whether a file holds tests alone. @param {string} file */
 export function isTest(file) {
-  return /(^|\/)tests(\/|\.rs$)/.test(file);
+  return /(^|\/)(tests(\/|\.rs$)|testing\.rs$)/.test(file);
 }
 
 /**

@@ -79,6 +79,7 @@ mod memory;
 mod memory_limits;
 #[cfg(feature = "cli")]
 mod merged_reports;
+#[cfg(feature = "cli")]
 mod merged_sweep;
 mod mesher;
 mod missing_facets;
