@@ -3,10 +3,10 @@
 
 import { run } from './run.mjs';
 
-/** The crates that the command and the C library are made of. */
-const PACKAGES = ['hexcast', 'hexcast-core', 'hexcast-files', 'hexcast-gpu', 'hexcast-c'];
+/** The crates that are published, as arguments of cargo. */
+export const LIBRARY = ['hexcast-core', 'hexcast-files', 'hexcast-gpu', 'hexcast'].flatMap((name) => ['--package', name]);
 /** With S3, which the tests of clusters need: so all tests run one command. */
-const CARGO_ARGS = [...PACKAGES.flatMap((name) => ['--package', name]), '--features', 'hexcast/s3'];
+const CARGO_ARGS = [...LIBRARY, '--package', 'hexcast-c', '--features', 'hexcast/s3'];
 
 /** @type {Promise<string> | null} */
 let built = null;

@@ -17,7 +17,7 @@ import { testCounted } from './counted.mjs';
 import { checkAdvisories, checkCrates } from './deny.mjs';
 import { swiftshaderEnv } from './machine.mjs';
 import { checkOldestRust, checkOldestRustIfChanged } from './msrv.mjs';
-import { buildNative, cargoTest } from './native.mjs';
+import { LIBRARY, buildNative, cargoTest } from './native.mjs';
 import { buildPython, checkWorkflows, runPytest } from './python.mjs';
 import { ROOT, Steps, run } from './run.mjs';
 import { GROUPS, RELEASE, setup } from './setup.mjs';
@@ -61,6 +61,8 @@ async function release() {
   const bare = ['--all-targets', '--no-default-features'];
   await steps.command('clippy without features', 'cargo', ['clippy', ...bare, '--', '-D', 'warnings']);
   await steps.step('oldest Rust', checkOldestRust);
+  // builds them of what would be published
+  await steps.command('crates as they are published', 'cargo', ['package', ...LIBRARY, '--allow-dirty']);
 }
 
 async function native() {
