@@ -12,8 +12,6 @@
 //! # Practice
 //! [`Engine`] holds the device: open one, mesh many times. [`mesh`] is async because a browser cannot block.
 
-use web_time::Instant;
-
 use crate::meshing::report::{
     CallerFacts, CertificateReport, DeviceCheck, DoubtReport, FillReport, FlagReport, FractionsReport, GeometryReport,
     InputReport, LinksReport, MAX_BOXES, MeshFacts, OpenReport, PeakBytes, Report, Seconds, StaggeredReport,
@@ -65,6 +63,7 @@ mod window_report;
 
 use borders::Whole;
 use effective::effective;
+use engine::Instant;
 pub use engine::{Engine, Used};
 use halo::Beyond;
 use measured::Uncut;

@@ -6,13 +6,12 @@
 
 use std::ops::Range;
 
-use web_time::Instant;
-
 use crate::buffers::Buffers;
 use crate::check::{differing, sample, window};
 use crate::device::Opened;
 use crate::kernels::Kernels;
 use crate::layout::{BandFacets, Params, centres};
+use crate::pace::Instant;
 use crate::passes::{Passes, Profile};
 use crate::pool::{BufferPool, Pooled};
 use crate::readback::{Pending, Staging, elements};

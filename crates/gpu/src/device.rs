@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use serde::Serialize;
-use web_time::{Duration, Instant};
+use std::time::Duration;
 use wgpu::{Adapter, DeviceDescriptor, DeviceType, Instance, InstanceDescriptor, Limits, RequestAdapterOptions};
 
 use crate::device_bytes::Held;
@@ -12,6 +12,7 @@ use crate::failure::Failure;
 #[cfg(not(target_arch = "wasm32"))]
 use crate::failure::{answers, listen};
 use crate::needs::check_limits;
+use crate::pace::Instant;
 use hexcast_core::base::control::Control;
 use hexcast_core::base::error::{Error, Result};
 

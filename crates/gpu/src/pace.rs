@@ -1,6 +1,10 @@
 //! The pace of a mesh: how many ray rows its bands get.
 
-use web_time::Instant;
+// the clock, which wasm's std does not have
+#[cfg(not(target_arch = "wasm32"))]
+pub(super) use std::time::Instant;
+#[cfg(target_arch = "wasm32")]
+pub(super) use web_time::Instant;
 
 use hexcast_core::stages::cast::sizes::{BIN, FIRST_BAND, MOST_BAND, whole_bins};
 

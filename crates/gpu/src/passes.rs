@@ -2,13 +2,13 @@
 //!
 //! No invocation runs more than 2^14 loops: threads are as many as that takes, see the constants.
 
-use web_time::Instant;
 use wgpu::{BindGroupDescriptor, BindGroupEntry, BindingResource, CommandEncoder};
 
 use crate::buffers::{Buffers, DeepBuffers, Part, SCAN_BLOCK, Sums};
 use crate::device::Opened;
 use crate::kernels::{Kernel, Kernels};
 use crate::layout::Params;
+use crate::pace::Instant;
 
 /// Most workgroups along a dimension of a dispatch.
 const MAX_GROUPS: u64 = 65_535;

@@ -1,6 +1,10 @@
 //! The backend: the GPU or the CPU, chosen once, used for many meshes.
 
-use web_time::Instant;
+// the clock, which wasm's std does not have
+#[cfg(not(target_arch = "wasm32"))]
+pub(super) use std::time::Instant;
+#[cfg(target_arch = "wasm32")]
+pub(super) use web_time::Instant;
 
 use crate::meshing::estimate::Device;
 use hexcast_core::base::error::{Error, Result};

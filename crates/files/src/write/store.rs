@@ -30,9 +30,9 @@ pub(super) use metadata::sharded;
 use metadata::{Described, attributes, group, plain, text};
 #[cfg(test)]
 pub(super) use shard::gzip;
-#[cfg(not(target_arch = "wasm32"))]
-pub(super) use shard::{CHECKSUM, NOWHERE};
 use shard::{Chunks, Row, Shard};
+#[cfg(not(target_arch = "wasm32"))]
+pub(super) use shard::{NOWHERE, checksum};
 
 /// Where the cells of a mesh lie in a store: the lines of the whole, and the first cell.
 #[derive(Debug, Clone, PartialEq)]

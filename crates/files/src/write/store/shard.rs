@@ -4,7 +4,6 @@
 
 use std::io::Read;
 
-use crc::{CRC_32_ISCSI, Crc, NoTable};
 use flate2::Compression;
 use flate2::read::GzEncoder;
 
@@ -12,8 +11,8 @@ use crate::write::Compress;
 use hexcast_core::base::error::{Error, Result};
 use hexcast_core::base::parallel::*;
 
-/// The checksum of the places, CRC-32C.
-pub(crate) const CHECKSUM: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISCSI);
+/// The polynomial of CRC-32C, its lowest power in the highest bit.
+const CRC_32C: u32 = 0x82f6_3b78;
 /// The place of a chunk that is left out.
 pub(crate) const NOWHERE: [u8; 16] = [0xff; 16];
 
@@ -68,8 +67,8 @@ impl Shard {
 
     /// The last bytes.
     pub(super) fn end(mut self) -> Vec<u8> {
-        let checksum = CHECKSUM.checksum(&self.places);
-        self.places.extend(checksum.to_le_bytes());
+        let checksum = checksum(&self.places);
+        self.places.extend(checksum);
         self.places
     }
 }
@@ -98,6 +97,13 @@ impl Chunks {
     }
 }
 
+/// The checksum of places, CRC-32C, little-endian; bit by bit, as they are few.
+pub(crate) fn checksum(places: &[u8]) -> [u8; 4] {
+    let shifted = |crc: u32, _| (crc >> 1) ^ (CRC_32C * (crc & 1));
+    let crc = places.iter().fold(u32::MAX, |crc, byte| (0..8).fold(crc ^ u32::from(*byte), shifted));
+    (!crc).to_le_bytes()
+}
+
 /// Compresses by gzip at a level of 1 to 9.
 ///
 /// # Errors
@@ -107,4 +113,25 @@ pub(crate) fn gzip(level: u8, bytes: &[u8]) -> Result<Vec<u8>> {
     let read = GzEncoder::new(bytes, Compression::new(level.into())).read_to_end(&mut out);
     read.map_err(|error| Error::io("compressing a chunk", error))?;
     Ok(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::checksum;
+
+    /// Source: RFC 3720, B.4, and the check value of the catalogue of CRCs. Stores that `zarrs` encodes have whole shards.
+    #[test]
+    fn checksums_are_those_of_the_standard() {
+        let rising: Vec<u8> = (0..32).collect();
+        let cases: [(&[u8], u32); 5] = [
+            (b"", 0),
+            (b"123456789", 0xe306_9283),
+            (&[0; 32], 0x8a91_36aa),
+            (&[0xff; 32], 0x62a8_ab43),
+            (&rising, 0x46dd_794e),
+        ];
+        for (bytes, expected) in cases {
+            assert_eq!(checksum(bytes), expected.to_le_bytes(), "{bytes:?}");
+        }
+    }
 }

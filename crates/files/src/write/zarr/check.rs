@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use crate::shards::Shards;
 use crate::write::Compress;
-use crate::write::store::{CHECKSUM, NOWHERE, sharded};
+use crate::write::store::{NOWHERE, checksum, sharded};
 use hexcast_core::base::error::{Error, Result};
 use hexcast_core::cells::flags::n_cells;
 use hexcast_core::input::job::ZarrJob;
@@ -102,8 +102,8 @@ impl Stored {
             return Err(wrong(format!("its {} bytes are fewer than the {} of its index", shard.len(), n_places + 4)));
         };
         let (chunks, index) = shard.split_at(n_of_chunks);
-        let (places, checksum) = index.split_at(n_places);
-        if CHECKSUM.checksum(places).to_le_bytes() != checksum {
+        let (places, stored) = index.split_at(n_places);
+        if checksum(places) != stored {
             return Err(wrong("the checksum of its index is not that of the index".into()));
         }
         let expected = n_cells(&self.shapes.chunk.map(|n| 0..n)) as u64;
