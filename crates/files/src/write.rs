@@ -118,17 +118,9 @@ fn check(format: Format, options: &Options) -> Result<()> {
         let hint = "write the store with write::zarr, or with `hexcast mesh -o mesh.zarr`";
         return Err(Error::new("job-conflict", message, hint));
     }
-    if let Compress::Zlib(level) = options.compress {
-        if !(1..=9).contains(&level) {
-            return Err(Error::new(
-                "job-value",
-                format!("compression level {level} is not 1 to 9"),
-                "6 is enough for flags",
-            ));
-        }
-        if matches!(format, Format::Raw | Format::Npy) {
-            return Err(Error::new("job-conflict", format!(".{name} cannot be compressed"), "use .vti, .vtr or .hxc"));
-        }
+    options.compress.check()?;
+    if options.compress != Compress::None && matches!(format, Format::Raw | Format::Npy) {
+        return Err(Error::new("job-conflict", format!(".{name} cannot be compressed"), "use .vti, .vtr or .hxc"));
     }
     let has_own_bytes = options.has_own_bytes();
     if has_own_bytes && !matches!(format, Format::Raw | Format::Npy | Format::Npz) {

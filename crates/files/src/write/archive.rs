@@ -1,15 +1,19 @@
 //! A ZIP archive of NumPy arrays, as `numpy.savez` writes them: what `.npz` files are.
 //!
 //! Arrays -> bytes, piece by piece, with rests between them for callers that take them one by one. Entries are stored, or
-//! deflated. Sizes are 64-bit, so that nothing ends at 4 GiB, and follow the data, so that nothing is written twice.
+//! deflated. Sizes follow the data, so that nothing is written twice, and are 64-bit from 4 GiB on.
 //! Source: NumPy's `numpy.lib.npyio`, PKWARE's APPNOTE. Cost: a piece of memory.
 
 use std::cell::RefCell;
+use std::collections::BTreeSet;
 use std::io::{self, Write};
 use std::rc::Rc;
 
-use zip::write::{SimpleFileOptions, StreamWriter};
-use zip::{CompressionMethod, DateTime, ZipWriter};
+use flate2::write::DeflateEncoder;
+use flate2::{Compression, Crc};
+use rawzip::path::EntryPath;
+use rawzip::time::UtcDateTime;
+use rawzip::{CompressionMethod, DataDescriptorOutput, ZipArchiveWriter, ZipEntryWriter};
 
 use super::{Compress, Sink, npy};
 use hexcast_core::base::control::{Control, at_once};
@@ -19,6 +23,13 @@ use hexcast_core::base::error::{Error, Result};
 const AT_ONCE: usize = 1 << 16;
 /// Bytes that pass through an archive at a time.
 const BYTES_AT_ONCE: usize = 1 << 18;
+/// Mode of every file: a file that its owner may write and all may read.
+const OF_FILES: u32 = 0o100_644;
+/// Time of every file, the first that archives can have: 1980-01-01.
+const FIRST_DAY: i64 = 315_532_800;
+/// Comment of deflated files. With it the directory has no second record where readers that go back by its length from the end look for the
+/// first, such as the crate `zip`: 76 bytes too far, if a file of 4 GiB makes an archive of less, whose end is 64-bit.
+const COMMENT: &str = "written by hexcast";
 
 /// An array, which is made piece by piece.
 pub struct Array<'a> {
@@ -181,96 +192,152 @@ impl Write for Buffer {
     }
 }
 
-/// An archive while it is made.
+/// An archive while it is made, file by file.
 pub struct Archive {
-    zip: ZipWriter<StreamWriter<Buffer>>,
+    zip: ZipArchiveWriter<Buffer>,
     made: Buffer,
-    /// Bytes of an array that wait until there are [`BYTES_AT_ONCE`]: what is deflated depends on how it is handed over, and shall not depend
-    /// on the pieces that arrays come in.
-    waiting: Vec<u8>,
-    method: SimpleFileOptions,
+    compress: Compress,
 }
 
 impl Archive {
     /// Begins an archive whose bytes go to a buffer.
     pub fn new(compress: Compress, made: Buffer) -> Archive {
-        let method = match compress {
-            Compress::None => SimpleFileOptions::default().compression_method(CompressionMethod::Stored),
-            Compress::Zlib(level) => SimpleFileOptions::default()
-                .compression_method(CompressionMethod::Deflated)
-                .compression_level(Some(level.into())),
-        };
-        // the same bytes whenever they are written
-        let method = method.large_file(true).last_modified_time(DateTime::default());
-        Archive { zip: ZipWriter::new_stream(made.clone()), made, waiting: Vec::new(), method }
+        Archive { zip: ZipArchiveWriter::new(made.clone()), made, compress }
     }
 
-    /// Begins a file, and ends the one before.
-    pub fn file(&mut self, name: &str) -> Result<&mut dyn Write> {
-        self.end_array()?;
-        self.zip.start_file(name, self.method).map_err(failed)?;
-        Ok(&mut self.zip)
+    /// Begins a file.
+    ///
+    /// # Errors
+    /// `io`, where its name is too long.
+    pub fn file(&mut self, name: &str) -> Result<Entry<'_>> {
+        // by its very name: of other paths rawzip drops what is before a colon
+        let path = if name.is_ascii() { EntryPath::verbatim(name.as_bytes()) } else { EntryPath::conformant(name) };
+        let new = self.zip.new_file(path).unix_permissions(OF_FILES);
+        let new = match self.compress {
+            Compress::None => new.compression_method(CompressionMethod::STORE),
+            Compress::Zlib(_) => new.compression_method(CompressionMethod::DEFLATE).comment(COMMENT),
+        };
+        // the same bytes whenever they are written
+        let new = new.last_modified(UtcDateTime::from_unix(FIRST_DAY));
+        let (entry, _) = new.start().map_err(|error| failed(io::Error::other(error)))?;
+        let packed = match self.compress {
+            Compress::None => Packed::Stored(entry),
+            Compress::Zlib(level) => Packed::Deflated(DeflateEncoder::new(entry, Compression::new(level.into()))),
+        };
+        let (crc, waiting, made) = (Crc::new(), Vec::new(), self.made.clone());
+        Ok(Entry { packed: Some(packed), crc, n_bytes: 0, waiting, made })
     }
 
     /// Begins an array.
-    pub(super) fn begin(&mut self, name: &str, header: &[u8]) -> Result<()> {
-        self.file(&format!("{name}.npy"))?;
-        self.put(header)
-    }
-
-    fn put(&mut self, mut bytes: &[u8]) -> Result<()> {
-        while self.waiting.len() + bytes.len() >= BYTES_AT_ONCE {
-            let (first, rest) = bytes.split_at(BYTES_AT_ONCE - self.waiting.len());
-            self.waiting.extend_from_slice(first);
-            self.end_array()?;
-            bytes = rest;
-        }
-        self.waiting.extend_from_slice(bytes);
-        Ok(())
-    }
-
-    /// Hands over what waits.
-    fn end_array(&mut self) -> Result<()> {
-        let written = self.zip.write_all(&self.waiting);
-        self.waiting.clear();
-        written.map_err(|error| Error::io("writing the mesh", error))
-    }
-
-    /// Writes more of the array to a sink.
-    pub(super) fn pass(&mut self, bytes: &[u8], sink: &mut Sink) -> Result<()> {
-        bytes.chunks(BYTES_AT_ONCE).try_for_each(|some| {
-            self.put(some)?;
-            sink.put(&self.take())
-        })
+    pub(super) fn begin(&mut self, name: &str, header: &[u8]) -> Result<Entry<'_>> {
+        let mut entry = self.file(&format!("{name}.npy"))?;
+        entry.write_all(header).map_err(failed)?;
+        Ok(entry)
     }
 
     /// Writes an array to a sink; rests before every piece of it.
     pub(super) async fn add(&mut self, array: &Array<'_>, sink: &mut Sink<'_>, control: &Control) -> Result<()> {
-        self.begin(array.name, &array.header())?;
+        let mut entry = self.begin(array.name, &array.header())?;
         for index in 0..array.n_pieces {
             control.rest().await?;
-            self.pass(&(array.piece)(index)?, sink)?;
+            entry.pass(&(array.piece)(index)?, sink)?;
         }
-        Ok(())
-    }
-
-    /// What was made since the last time.
-    fn take(&mut self) -> Vec<u8> {
-        self.made.take()
+        entry.end()
     }
 
     /// Ends the archive, and returns its last bytes.
-    pub fn finish(mut self) -> Result<Vec<u8>> {
-        self.end_array()?;
-        self.zip.finish().map_err(failed)?;
+    pub fn finish(self) -> Result<Vec<u8>> {
+        self.zip.finish().map_err(|error| failed(io::Error::other(error)))?;
         Ok(self.made.take())
+    }
+}
+
+/// A file of an archive while it is made. Dropped, it ends as well: its bytes go to a buffer, which takes them all.
+pub struct Entry<'a> {
+    /// None once it has ended.
+    packed: Option<Packed<'a>>,
+    /// Of its bytes as they are.
+    crc: Crc,
+    n_bytes: u64,
+    /// Bytes that wait until there are [`BYTES_AT_ONCE`]: what is deflated depends on how it is handed over, and shall not depend on the
+    /// pieces that arrays come in.
+    waiting: Vec<u8>,
+    made: Buffer,
+}
+
+/// Where the bytes of a file go, which are stored as they are, or deflated.
+enum Packed<'a> {
+    Stored(ZipEntryWriter<'a, Buffer>),
+    Deflated(DeflateEncoder<ZipEntryWriter<'a, Buffer>>),
+}
+
+impl Entry<'_> {
+    /// Writes more of the file to a sink.
+    pub(super) fn pass(&mut self, bytes: &[u8], sink: &mut Sink) -> Result<()> {
+        bytes.chunks(BYTES_AT_ONCE).try_for_each(|some| {
+            self.write_all(some).map_err(failed)?;
+            sink.put(&self.made.take())
+        })
+    }
+
+    /// Ends the file.
+    pub(super) fn end(mut self) -> Result<()> {
+        self.finish().map_err(failed)
+    }
+
+    fn finish(&mut self) -> io::Result<()> {
+        self.pack()?;
+        let entry = match self.packed.take() {
+            None => return Ok(()),
+            Some(Packed::Stored(entry)) => entry,
+            Some(Packed::Deflated(encoder)) => encoder.finish()?,
+        };
+        entry.finish(DataDescriptorOutput::new(self.crc.sum(), self.n_bytes)).map_err(io::Error::other)?;
+        Ok(())
+    }
+
+    /// Hands over what waits.
+    fn pack(&mut self) -> io::Result<()> {
+        match &mut self.packed {
+            None => return Ok(()),
+            Some(Packed::Stored(entry)) => entry.write_all(&self.waiting)?,
+            Some(Packed::Deflated(encoder)) => encoder.write_all(&self.waiting)?,
+        }
+        self.crc.update(&self.waiting);
+        self.n_bytes += self.waiting.len() as u64;
+        self.waiting.clear();
+        Ok(())
+    }
+}
+
+impl Write for Entry<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let n = bytes.len().min(BYTES_AT_ONCE - self.waiting.len());
+        self.waiting.extend_from_slice(&bytes[..n]);
+        if self.waiting.len() == BYTES_AT_ONCE {
+            self.pack()?;
+        }
+        Ok(n)
+    }
+
+    /// Hands nothing over: pieces have their length.
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Drop for Entry<'_> {
+    fn drop(&mut self) {
+        // nothing fails here, as said above
+        let _ = self.finish();
     }
 }
 
 /// Writes a NumPy archive of arrays, `.npz`. Returns the number of bytes.
 ///
 /// # Errors
-/// `io` where `out` fails, or an array is made from what is in a store that does.
+/// `job-value` where two arrays have the same name, and for levels that zlib does not have; `io` where `out` fails, or an array is made from
+/// what is in a store that does.
 pub fn write_arrays(arrays: &[Array], compress: Compress, out: &mut dyn Write) -> Result<u64> {
     write_named(arrays, "the arrays", compress, out)
 }
@@ -297,6 +364,12 @@ pub async fn write_with_rests(
     control: &Control,
 ) -> Result<u64> {
     let mut sink = Sink::new(out, what);
+    compress.check()?;
+    let mut names = BTreeSet::new();
+    if let Some(twice) = arrays.iter().find(|array| !names.insert(array.name)) {
+        let message = format!("two arrays have the name {}, and an archive has one of each", twice.name);
+        return Err(Error::new("job-value", message, "give each array a name of its own"));
+    }
     let mut archive = Archive::new(compress, Buffer::default());
     for array in arrays {
         archive.add(array, &mut sink, control).await?;
@@ -305,12 +378,14 @@ pub async fn write_with_rests(
     sink.finish()
 }
 
-fn failed(error: zip::result::ZipError) -> Error {
-    Error::io("writing the mesh", io::Error::other(error))
+fn failed(error: io::Error) -> Error {
+    Error::io("writing the mesh", error)
 }
 
 #[cfg(test)]
 mod tests {
+    use std::io::Read;
+
     use super::*;
 
     #[test]
@@ -340,5 +415,38 @@ mod tests {
         assert_eq!(array.fill(&mut [0; 25], &Control::default()).unwrap_err().code(), "job-value");
         assert_eq!(array.fill(&mut [0; 23], &Control::default()).unwrap_err().code(), "job-value");
         assert!(Array::of_bytes(("a", "<f4"), &[2, 3], &[7; 23]).is_err());
+    }
+
+    #[test]
+    fn two_arrays_of_a_name_and_unknown_levels_are_refused() {
+        let array = || Array::of_bytes(("a", "|u1"), &[1], &[7]).unwrap();
+        for (arrays, compress) in [(vec![array(), array()], Compress::None), (vec![array()], Compress::Zlib(10))] {
+            let error = write_arrays(&arrays, compress, &mut Vec::new()).unwrap_err();
+            assert_eq!(error.code(), "job-value", "{error}");
+        }
+    }
+
+    /// As exporters write them: each file is dropped before the next.
+    #[test]
+    fn files_that_are_dropped_are_whole() {
+        for compress in [Compress::None, Compress::Zlib(6)] {
+            let made = Buffer::default();
+            let mut archive = Archive::new(compress, made.clone());
+            let files = [("a/b", vec![1; 300_000]), ("a:c", vec![]), ("\u{e9}", vec![2; 3])];
+            for (name, bytes) in &files {
+                archive.file(name).unwrap().write_all(bytes).unwrap();
+            }
+            let bytes = [made.take(), archive.finish().unwrap()].concat();
+            let mut archive = zip::ZipArchive::new(io::Cursor::new(bytes)).unwrap();
+            assert_eq!(archive.len(), files.len());
+            for (name, bytes) in files {
+                let mut file = archive.by_name(name).unwrap();
+                let mut found = Vec::new();
+                file.read_to_end(&mut found).unwrap();
+                assert!(found == bytes, "{name}");
+                assert_eq!(file.unix_mode(), Some(OF_FILES));
+                assert_eq!(file.last_modified(), Some(zip::DateTime::default()));
+            }
+        }
     }
 }

@@ -36,7 +36,8 @@ pub(super) async fn write(mesh: &Mesh, options: &Options, sink: &mut Sink<'_>, c
     for array in &lines(mesh) {
         archive.add(array, sink, control).await?;
     }
-    archive.begin("flag", &npy::header(mesh.dims(), options))?;
-    ordered::for_each_slab(mesh, options, control, &mut |flags| archive.pass(flags, sink)).await?;
+    let mut entry = archive.begin("flag", &npy::header(mesh.dims(), options))?;
+    ordered::for_each_slab(mesh, options, control, &mut |flags| entry.pass(flags, sink)).await?;
+    entry.end()?;
     sink.put(&archive.finish()?)
 }

@@ -101,6 +101,19 @@ pub enum Compress {
     Zlib(u8),
 }
 
+impl Compress {
+    /// Refuses levels that zlib does not have.
+    pub(super) fn check(self) -> Result<()> {
+        match self {
+            Compress::None | Compress::Zlib(1..=9) => Ok(()),
+            Compress::Zlib(level) => {
+                let message = format!("compression level {level} is not 1 to 9");
+                Err(Error::new("job-value", message, "6 is enough for flags"))
+            }
+        }
+    }
+}
+
 #[cfg(not(target_arch = "wasm32"))]
 impl From<Compress> for Level {
     fn from(compress: Compress) -> Level {

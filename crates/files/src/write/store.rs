@@ -220,18 +220,20 @@ impl<'a> Store<'a> {
     pub(crate) async fn zip(&self, sink: &mut Sink<'_>, control: &Control) -> Result<()> {
         let mut archive = Archive::new(Compress::None, Buffer::default());
         for (name, bytes) in self.head()? {
-            archive.file(&name)?;
-            archive.pass(&bytes, sink)?;
+            let mut entry = archive.file(&name)?;
+            entry.pass(&bytes, sink)?;
+            entry.end()?;
         }
         for of in &self.shards {
-            archive.file(&self.name_of(of))?;
+            let mut entry = archive.file(&self.name_of(of))?;
             let mut shard = Shard::default();
             for row in self.rows(of) {
                 control.rest().await?;
                 let columns = self.mesh.columns().for_slab(&of.1[self.mesh.columns().rays().axis])?;
-                archive.pass(&self.row(&mut shard, &columns, &row)?, sink)?;
+                entry.pass(&self.row(&mut shard, &columns, &row)?, sink)?;
             }
-            archive.pass(&shard.end(), sink)?;
+            entry.pass(&shard.end(), sink)?;
+            entry.end()?;
         }
         sink.put(&archive.finish()?)
     }
