@@ -16,7 +16,7 @@ use hexcast_core::base::memory::Memory;
 use hexcast_core::cells::columns::Columns;
 use hexcast_core::derived::shells::lone::{CellBox, cells_of, stand_alone, volumes};
 use hexcast_core::derived::shells::numbers::Numbers;
-use hexcast_core::derived::shells::own_cells::{Alone, Caster, Shell, numbers, shells};
+use hexcast_core::derived::shells::own_cells::{Alone, Caster, Shell, shells};
 use hexcast_core::grid::closed::Closed;
 use hexcast_core::grid::frame::Frame;
 use hexcast_core::grid::lines::Lines;
@@ -103,7 +103,7 @@ impl Checked<'_> {
         let geometry = &self.prepared.geometries[index];
         let closed = self.closed[position];
         let (lines, rule) = (&self.prepared.whole, self.job.rule);
-        let numbers = numbers(geometry, is_proper, self.memory, control).await?;
+        let numbers = Numbers::new(&geometry.facets, is_proper, self.memory, control).await?;
         let n_shells = numbers.n_shells() as u64;
         if n_shells == 0 || n_shells == 1 && self.is_known(index, position) {
             return Ok(ShellCheck::new(n_shells, None, Vec::new(), MAX_SHELLS));

@@ -16,6 +16,8 @@
 
 use std::ops::Range;
 
+use crate::base::control::Control;
+use crate::base::error::Result;
 use crate::base::parallel::*;
 use crate::grid::frame::SnappedFacet;
 use crate::input::edges::mixed;
@@ -29,6 +31,8 @@ pub use bad_edges::{BadEdges, EdgeGroup, MAX_FACETS};
 pub(crate) const CHUNK: usize = 1 << 14;
 /// Parts that hashes are put in, by their first bits.
 const PARTS: usize = 256;
+/// Hashes that are compared at once, about, in some milliseconds; at least a sixteenth of them all, so that many cores have work.
+const AT_ONCE: usize = 1 << 18;
 /// Least hashes that are compared with each other, unless there are fewer: the cache holds them and their table.
 const LEAST_COMPARED: usize = 1 << 16;
 
@@ -44,15 +48,34 @@ pub struct Closed {
 }
 
 impl Closed {
-    /// Checks facets.
-    pub fn new(facets: &[SnappedFacet]) -> Closed {
-        let chunks = facets.par_chunks(CHUNK).map(Hashes::new).collect();
-        let mut edges = EdgeHashes { chunks, n_compared: None };
-        loop {
-            if let Some(closed) = edges.step() {
-                return closed;
-            }
+    /// Checks a surface by the hashes of all its edges, with a rest before each portion of them that is compared.
+    ///
+    /// # Errors
+    /// `cancelled`.
+    pub(crate) async fn new(chunks: &[Hashes], control: &Control) -> Result<Closed> {
+        let (odd, surplus) = chunks.iter().fold(([0; 2], [0; 2]), |(odd, surplus), chunk| {
+            ([odd[0] ^ chunk.odd[0], odd[1] ^ chunk.odd[1]], add(surplus, chunk.surplus))
+        });
+        let (parity, nonzero) = (odd == [0; 2], surplus == [0; 2]);
+        let n: usize = chunks.iter().map(|chunk| chunk.forward.len()).sum();
+        // powers of two, which divide the number of all parts
+        let parts_of = |n_hashes: usize| (PARTS * n_hashes / n.max(1)).clamp(1, PARTS).next_power_of_two();
+        let (at_once, in_group) = (parts_of(AT_ONCE).max(PARTS / 16), parts_of(LEAST_COMPARED));
+        let mut is_proper = parity && nonzero;
+        let mut portions = (0..PARTS).step_by(at_once);
+        while is_proper && let Some(first) = portions.next() {
+            control.rest().await?;
+            let groups: Vec<usize> = (first..first + at_once).step_by(in_group).collect();
+            let of_group = |first| has_twice(chunks, &(first..first + in_group));
+            is_proper = !groups.into_par_iter().map(of_group).collect::<Vec<bool>>().contains(&true);
         }
+        Ok(Closed { parity, nonzero, is_proper })
+    }
+
+    #[cfg(test)]
+    pub(crate) fn of(facets: &[SnappedFacet]) -> Closed {
+        let chunks: Vec<Hashes> = facets.par_chunks(CHUNK).map(Hashes::new).collect();
+        crate::base::control::at_once(Closed::new(&chunks, &Control::default())).unwrap()
     }
 
     /// Whether rays decide its cells.
@@ -131,46 +154,6 @@ fn in_parts(hashes: &[u64]) -> (Vec<u64>, [u32; PARTS + 1]) {
 
 fn add(one: [u64; 2], other: [u64; 2]) -> [u64; 2] {
     [one[0].wrapping_add(other[0]), one[1].wrapping_add(other[1])]
-}
-
-/// The edges of a surface, whose facets come in portions; then they are compared in steps.
-#[derive(Default)]
-pub(crate) struct EdgeHashes {
-    chunks: Vec<Hashes>,
-    /// Parts that were compared; None while facets come.
-    n_compared: Option<usize>,
-}
-
-/// Hashes that are compared in a step, about, in some milliseconds; at least a sixteenth of them all, so that many cores have work.
-const AT_ONCE: usize = 1 << 18;
-
-impl EdgeHashes {
-    /// Adds the edges of more facets.
-    pub(crate) fn add(&mut self, hashes: Hashes) {
-        self.chunks.push(hashes);
-    }
-
-    /// Does a part of the work that is left once all facets are there; what was found, once all is done.
-    pub(crate) fn step(&mut self) -> Option<Closed> {
-        let Some(first) = self.n_compared else {
-            let (odd, surplus) = self.chunks.iter().fold(([0; 2], [0; 2]), |(odd, surplus), chunk| {
-                ([odd[0] ^ chunk.odd[0], odd[1] ^ chunk.odd[1]], add(surplus, chunk.surplus))
-            });
-            let (parity, nonzero) = (odd == [0; 2], surplus == [0; 2]);
-            self.n_compared = Some(0);
-            return (!parity || !nonzero).then_some(Closed { parity, nonzero, is_proper: false });
-        };
-        let n: usize = self.chunks.iter().map(|chunk| chunk.forward.len()).sum();
-        // powers of two, which divide the number of all parts
-        let parts_of = |n_hashes: usize| (PARTS * n_hashes / n.max(1)).clamp(1, PARTS).next_power_of_two();
-        let in_group = parts_of(LEAST_COMPARED);
-        let end = first + parts_of(AT_ONCE).max(PARTS / 16);
-        self.n_compared = Some(end);
-        let groups: Vec<usize> = (first..end).step_by(in_group).collect();
-        let of_group = |first| has_twice(&self.chunks, &(first..first + in_group));
-        let has_twice = groups.into_par_iter().map(of_group).collect::<Vec<bool>>().contains(&true);
-        (has_twice || end == PARTS).then_some(Closed { parity: true, nonzero: true, is_proper: !has_twice })
-    }
 }
 
 /// Whether an edge comes twice in its direction, or another has the same hash, in some parts: once through the hashes for suspects, and once

@@ -1,4 +1,4 @@
-//! Snapping in steps, and the facts that depend on all facets of a surface: whether it is closed, its ends, and the bound of
+//! Snapping, and the facts that depend on all facets of a surface: whether it is closed, its ends, and the bound of
 //! its volume.
 //!
 //! Geometries, lines, rays -> [`Snapped`]. The frame has all facets, or only those whose boxes contain a ray: no ray hits the
@@ -6,9 +6,11 @@
 //!
 //! Cost: some 70 ns per facet on one core; 38 bytes per facet that stays, and for a moment 12 bytes per facet of one geometry.
 
+use crate::base::control::{Control, Paced};
 use crate::base::error::Result;
+use crate::base::memory::{Held, Memory};
 use crate::base::parallel::*;
-use crate::grid::closed::{CHUNK, Closed, EdgeHashes, Hashes};
+use crate::grid::closed::{CHUNK, Closed, Hashes};
 use crate::grid::frame::{Ends, Frame, SnappedFacet, too_many_ranks};
 use crate::grid::lines::Lines;
 use crate::grid::rays::Rays;
@@ -17,8 +19,14 @@ use crate::input::geometry::{Facet, Geometry};
 use crate::input::job::Rule;
 use crate::stages::facet::rays_under;
 
-/// Facets of a step: some tens of milliseconds. A multiple of those that sums take together.
-pub const FACETS_AT_ONCE: usize = 1 << 18;
+/// Facets between two rests: some tens of milliseconds. A multiple of those that sums take together.
+const FACETS_AT_ONCE: usize = 1 << 18;
+/// Bytes of a snapped facet, and of one while the edges of its geometry are compared.
+const SNAPPED_BYTES: u64 = 38;
+const EDGE_BYTES: u64 = 20;
+/// What errors of memory call them.
+const SNAPPED: &str = "the snapped facets and their edges";
+
 /// A frame, and what is known of all facets of each geometry, in the order of positions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Snapped {
@@ -33,6 +41,27 @@ pub struct Snapped {
 }
 
 impl Snapped {
+    /// With no facet yet.
+    fn new(geometries: &[Geometry], lines: &Lines) -> Result<Snapped> {
+        let (frame, n) = (Frame::without_facets(geometries, lines)?, geometries.len());
+        Ok(Snapped { frame, closed: Vec::new(), ends: vec![None; n], bound_sums: vec![BoundSums::default(); n] })
+    }
+
+    /// Adds facets of a geometry, after which so many of all were looked at; returns the hashes of their edges.
+    fn add(&mut self, position: usize, chunks: Vec<OfChunk>, share: f64) -> Vec<Hashes> {
+        let Snapped { frame, ends, bound_sums, .. } = self;
+        make_room(&mut frame.facets, chunks.iter().map(|chunk| chunk.staying.len()).sum(), share);
+        let mut hashes = Vec::with_capacity(chunks.len());
+        for chunk in chunks {
+            ends[position] = chunk.ends.iter().flatten().fold(ends[position], with_corner);
+            bound_sums[position] = chunk.bound_sums.into_iter().fold(bound_sums[position], BoundSums::plus);
+            frame.facets.extend_from_slice(&chunk.staying);
+            hashes.push(chunk.hashes);
+        }
+        frame.position_of_facet.resize(frame.facets.len(), position as u16);
+        hashes
+    }
+
     /// Moves what is not closed before all that is and has the same priority; shells and what is flat stay, which have no cells within.
     fn put_open_lower(&mut self, geometries: &[Geometry], rule: Rule) {
         let Snapped { frame, closed, ends, bound_sums } = self;
@@ -58,92 +87,52 @@ impl Snapped {
     }
 }
 
-/// Snaps the facets of geometries, in steps.
-pub struct Snapping<'a> {
-    geometries: &'a [Geometry],
-    lines: &'a Lines,
-    rays: Option<&'a Rays>,
-    next_facet: usize,
-    n_taken: usize,
-    n_all: usize,
-    edges: EdgeHashes,
-    snapped: Snapped,
-}
-
-impl<'a> Snapping<'a> {
-    /// Starts with no facet snapped; all stay, or those that rays may hit if these are given.
-    ///
-    /// # Errors
-    /// Those of [`Frame::new`].
-    pub fn new(geometries: &'a [Geometry], lines: &'a Lines, rays: Option<&'a Rays>) -> Result<Snapping<'a>> {
-        let frame = Frame::without_facets(geometries, lines)?;
-        let n = geometries.len();
-        let (ends, bound_sums) = (vec![None; n], vec![BoundSums::default(); n]);
-        let snapped = Snapped { frame, closed: Vec::new(), ends, bound_sums };
-        let n_all = geometries.iter().map(|geometry| geometry.facets.len()).sum();
-        let (next_facet, n_taken, edges) = (0, 0, EdgeHashes::default());
-        Ok(Snapping { geometries, lines, rays, next_facet, n_taken, n_all, edges, snapped })
-    }
-
-    /// Does a part of the work; false once all is done.
-    pub fn step(&mut self) -> bool {
-        let start = self.n_taken;
-        loop {
-            let position = self.snapped.closed.len();
-            let Some(&index) = self.snapped.frame.ranks.geometry_at.get(position) else { return false };
-            let geometry = &self.geometries[index];
-            if self.next_facet < geometry.facets.len() {
-                let end = geometry.facets.len().min(self.next_facet + FACETS_AT_ONCE);
-                self.take(position, geometry, &geometry.facets[self.next_facet..end]);
-                self.next_facet = end;
-            } else if let Some(closed) = self.edges.step() {
-                self.snapped.closed.push(closed);
-                (self.edges, self.next_facet) = (EdgeHashes::default(), 0);
-            } else {
-                return true;
-            }
-            if self.n_taken - start >= FACETS_AT_ONCE {
-                return true;
-            }
+/// Snaps the facets of geometries, of which all stay, or those that rays may hit if these are given; with the room that is taken for them. Of
+/// equal priority the geometries that are closed by this rule win over those that are not: what an open surface encloses is an estimate, which
+/// may reach far beyond it.
+///
+/// # Errors
+/// Those of [`Frame::new`]; `too-many-geometries` where too many lie over one another; `memory`; `cancelled`.
+pub async fn snapped(
+    geometries: &[Geometry],
+    lines: &Lines,
+    (rays, rule): (Option<&Rays>, Rule),
+    memory: &Memory,
+    control: &Control,
+) -> Result<(Snapped, Held)> {
+    let n_facets = geometries.iter().map(|geometry| geometry.facets.len());
+    let (n_all, n_most) = (n_facets.clone().sum::<usize>(), n_facets.max().unwrap_or(0));
+    // those that were snapped last are there twice, and three times where some are left out
+    let again = if rays.is_none() { 1 } else { 2 };
+    let of_edges = EDGE_BYTES * n_most as u64 + again * SNAPPED_BYTES * n_most.min(FACETS_AT_ONCE) as u64;
+    let mut room = memory.take(of_edges, SNAPPED)?;
+    // where no ray is asked for, all stay
+    let least = if rays.is_none() { SNAPPED_BYTES * n_all as u64 } else { 0 };
+    let mut snapped = Snapped::new(geometries, lines)?;
+    room.set(of_edges + least, SNAPPED)?;
+    let mut n_taken = 0;
+    let mut pace = Paced::new(control, FACETS_AT_ONCE);
+    for (position, index) in snapped.frame.ranks.geometry_at.clone().into_iter().enumerate() {
+        let geometry = &geometries[index];
+        let mut edges = Vec::new();
+        for facets in geometry.facets.chunks(FACETS_AT_ONCE) {
+            let snap = snapped.frame.snapping(geometry, lines);
+            let of_chunk = |facets: &[Facet]| OfChunk::new(facets.iter().map(&snap).collect(), &snapped.frame, rays);
+            let chunks: Vec<OfChunk> = facets.par_chunks(CHUNK).map(of_chunk).collect();
+            n_taken += facets.len();
+            edges.extend(snapped.add(position, chunks, n_taken as f64 / n_all as f64));
+            room.set(of_edges + least.max(SNAPPED_BYTES * snapped.frame.facets.capacity() as u64), SNAPPED)?;
+            pace.done(facets.len()).await?;
         }
+        snapped.closed.push(Closed::new(&edges, control).await?);
     }
-
-    /// Facets for which there is room.
-    pub fn n_stay(&self) -> usize {
-        self.snapped.frame.facets.capacity()
-    }
-
-    /// What was made, once all is done. Of equal priority the geometries that are closed by this rule win over those that are not: what an open
-    /// surface encloses is an estimate, which may reach far beyond it.
-    ///
-    /// # Errors
-    /// `too-many-geometries` where too many lie over one another.
-    pub fn finish(mut self, rule: Rule) -> Result<Snapped> {
-        self.snapped.frame.facets.shrink_to_fit();
-        self.snapped.put_open_lower(self.geometries, rule);
-        let Snapped { frame, closed, ends, .. } = &mut self.snapped;
-        let shared = frame.ranks.share(self.geometries, ends, |position| closed[position].nonzero);
-        shared.map_err(|_| too_many_ranks(self.geometries.len()))?;
-        Ok(self.snapped)
-    }
-
-    /// Snaps facets, and does all that needs every one of them while the cache of a core has them.
-    fn take(&mut self, position: usize, geometry: &Geometry, facets: &[Facet]) {
-        let Snapped { frame, ends, bound_sums, .. } = &mut self.snapped;
-        let snap = frame.snapping(geometry, self.lines);
-        let of_chunk = |facets: &[Facet]| OfChunk::new(facets.iter().map(&snap).collect(), frame, self.rays);
-        let chunks: Vec<OfChunk> = facets.par_chunks(CHUNK).map(of_chunk).collect();
-        self.n_taken += facets.len();
-        let n_staying = chunks.iter().map(|chunk| chunk.staying.len()).sum();
-        make_room(&mut frame.facets, n_staying, self.n_taken as f64 / self.n_all as f64);
-        for chunk in chunks {
-            ends[position] = chunk.ends.iter().flatten().fold(ends[position], with_corner);
-            bound_sums[position] = chunk.bound_sums.into_iter().fold(bound_sums[position], BoundSums::plus);
-            frame.facets.extend_from_slice(&chunk.staying);
-            self.edges.add(chunk.hashes);
-        }
-        frame.position_of_facet.resize(frame.facets.len(), position as u16);
-    }
+    snapped.frame.facets.shrink_to_fit();
+    snapped.put_open_lower(geometries, rule);
+    let Snapped { frame, closed, ends, .. } = &mut snapped;
+    let shared = frame.ranks.share(geometries, ends, |position| closed[position].nonzero);
+    shared.map_err(|_| too_many_ranks(geometries.len()))?;
+    room.set(SNAPPED_BYTES * frame.facets.capacity() as u64, SNAPPED)?;
+    Ok((snapped, room))
 }
 
 /// What is known of the facets that a core takes at a time.

@@ -11,6 +11,9 @@
 //!
 //! Cost: some 20 ns a facet on one core; 4 bytes a facet, and for a moment 32 bytes for each edge that is handed on.
 
+use crate::base::control::{Control, Paced};
+use crate::base::error::Result;
+use crate::base::memory::Memory;
 use crate::base::parallel::*;
 use crate::input::edges::{Groups, mixed};
 use crate::input::geometry::Facet;
@@ -25,6 +28,9 @@ const FACETS_AT_ONCE: usize = 16 * FACETS_OF_TASK;
 /// The number of a facet that belongs to no shell.
 const NONE: u32 = u32::MAX;
 
+/// An edge by its hash, and a facet that has it.
+type Edge = (u64, u32);
+
 /// The shell of each facet.
 pub struct Numbers {
     /// By facet; empty where there is one shell or none.
@@ -33,77 +39,47 @@ pub struct Numbers {
     pub(crate) first_facets: Vec<u32>,
 }
 
+/// What errors of memory call what numbering needs.
+const NUMBERED: &str = "the edges that connect the shells of a surface, which --quick does not ask for,";
+
 impl Numbers {
-    /// Number of shells.
-    pub fn n_shells(&self) -> usize {
-        self.first_facets.len()
-    }
-
-    /// The shell of a facet; of the only shell the collapsed facets are, too.
-    #[inline(always)]
-    pub(crate) fn of(&self, facet: usize) -> Option<usize> {
-        match self.of_facet.get(facet) {
-            Some(&NONE) => None,
-            Some(&shell) => Some(shell as usize),
-            None => (self.n_shells() == 1).then_some(0),
+    /// Numbers the shells; `is_proper` says that no edge has more than two facets.
+    ///
+    /// # Errors
+    /// `cancelled`; `memory`.
+    pub async fn new(facets: &[Facet], is_proper: bool, memory: &Memory, control: &Control) -> Result<Numbers> {
+        let of_facets = (size_of::<u32>() * facets.len()) as u64;
+        let mut room = memory.take(of_facets, NUMBERED)?;
+        // a facet of the same chunk for each facet, and the edges that are handed on
+        let (mut roots, mut edges) = (Vec::with_capacity(facets.len()), Vec::new());
+        let mut pace = Paced::new(control, FACETS_AT_ONCE);
+        for some in facets.chunks(FACETS_AT_ONCE) {
+            let first = roots.len();
+            let of_task =
+                |(task, facets): (usize, &[Facet])| joined(facets, (first + task * FACETS_OF_TASK) as u32, is_proper);
+            let tasks: Vec<(Vec<u32>, Vec<Edge>)> = some.par_chunks(FACETS_OF_TASK).enumerate().map(of_task).collect();
+            for (of_task, handed_on) in tasks {
+                roots.extend(of_task);
+                edges.extend(handed_on);
+            }
+            room.set(of_facets + (size_of::<Edge>() * edges.capacity()) as u64, NUMBERED)?;
+            pace.done(some.len()).await?;
         }
-    }
-}
-
-/// An edge by its hash, and a facet that has it.
-type Edge = (u64, u32);
-
-/// Numbers the shells in steps.
-pub(crate) struct Numbering<'a> {
-    facets: &'a [Facet],
-    /// Whether no edge has more than two facets.
-    is_proper: bool,
-    /// A facet of the same chunk for each facet.
-    roots: Vec<u32>,
-    /// Edges that are handed on.
-    edges: Vec<Edge>,
-}
-
-impl<'a> Numbering<'a> {
-    /// Starts; `is_proper` says that no edge has more than two facets.
-    pub(crate) fn new(facets: &'a [Facet], is_proper: bool) -> Numbering<'a> {
-        Numbering { facets, is_proper, roots: Vec::with_capacity(facets.len()), edges: Vec::new() }
+        // the edges are there twice, and their facets in pairs
+        let of_edges = size_of::<Edge>() * (edges.capacity() + edges.len() * 9 / 8);
+        room.set(2 * of_facets + of_edges as u64, NUMBERED)?;
+        Ok(Numbers::of_joined(facets, roots, edges))
     }
 
-    /// Joins the facets of some chunks; false once all are.
-    pub(crate) fn step(&mut self) -> bool {
-        let first = self.roots.len();
-        let some = &self.facets[first..self.facets.len().min(first + FACETS_AT_ONCE)];
-        let joined =
-            |(task, facets): (usize, &[Facet])| joined(facets, (first + task * FACETS_OF_TASK) as u32, self.is_proper);
-        let joined: Vec<(Vec<u32>, Vec<Edge>)> = some.par_chunks(FACETS_OF_TASK).enumerate().map(joined).collect();
-        for (roots, edges) in joined {
-            self.roots.extend(roots);
-            self.edges.extend(edges);
-        }
-        self.roots.len() < self.facets.len()
-    }
-
-    /// Bytes that it holds before the next step.
-    pub(crate) fn n_bytes(&self) -> u64 {
-        (size_of::<u32>() * self.facets.len() + size_of::<Edge>() * self.edges.capacity()) as u64
-    }
-
-    /// Bytes that it holds at its end: the edges are there twice, and their facets in pairs.
-    pub(crate) fn n_bytes_at_end(&self) -> u64 {
-        let n_edges = size_of::<Edge>() * (self.edges.capacity() + self.edges.len() * 9 / 8);
-        (2 * size_of::<u32>() * self.facets.len() + n_edges) as u64
-    }
-
-    /// The numbers, once all is done.
-    pub(crate) fn finish(mut self) -> Numbers {
-        let mut groups = Groups::of_roots(self.roots);
-        let portions = portions(std::mem::take(&mut self.edges));
+    /// The numbers of facets that are joined where they have the same root, or an edge in common.
+    fn of_joined(facets: &[Facet], roots: Vec<u32>, edges: Vec<Edge>) -> Numbers {
+        let mut groups = Groups::of_roots(roots);
+        let portions = portions(edges);
         let pairs: Vec<Vec<[u32; 2]>> = portions.par_iter().map(|portion| pairs(portion)).collect();
         pairs.into_iter().flatten().for_each(|[one, other]| groups.join(one, other));
-        let mut of_facet = vec![NONE; self.facets.len()];
+        let mut of_facet = vec![NONE; facets.len()];
         let mut first_facets = Vec::new();
-        for (facet, _) in (0u32..).zip(self.facets).filter(|(_, corners)| !is_collapsed(corners)) {
+        for (facet, _) in (0u32..).zip(facets).filter(|(_, corners)| !is_collapsed(corners)) {
             // the root of a group is its first facet
             let root = groups.root(facet);
             if root == facet {
@@ -117,6 +93,21 @@ impl<'a> Numbering<'a> {
             of_facet = Vec::new();
         }
         Numbers { of_facet, first_facets }
+    }
+
+    /// Number of shells.
+    pub fn n_shells(&self) -> usize {
+        self.first_facets.len()
+    }
+
+    /// The shell of a facet; of the only shell the collapsed facets are, too.
+    #[inline(always)]
+    pub(crate) fn of(&self, facet: usize) -> Option<usize> {
+        match self.of_facet.get(facet) {
+            Some(&NONE) => None,
+            Some(&shell) => Some(shell as usize),
+            None => (self.n_shells() == 1).then_some(0),
+        }
     }
 }
 
@@ -238,12 +229,11 @@ pub(super) fn corner_hash(corner: [f32; 3]) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::base::control::at_once;
     use crate::input::surface::surface;
 
     fn numbers(facets: &[Facet], is_proper: bool) -> Numbers {
-        let mut numbering = Numbering::new(facets, is_proper);
-        while numbering.step() {}
-        numbering.finish()
+        at_once(Numbers::new(facets, is_proper, &Memory::default(), &Control::default())).unwrap()
     }
 
     /// The facets of a box.

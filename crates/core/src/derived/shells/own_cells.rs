@@ -23,7 +23,6 @@ use std::collections::BTreeMap;
 
 use crate::base::control::Control;
 use crate::base::error::Result;
-use crate::base::memory::Memory;
 use crate::base::parallel::*;
 use crate::grid::frame::{Frame, SnappedFacet};
 use crate::grid::lines::Lines;
@@ -34,7 +33,7 @@ use crate::input::job::Rule;
 use crate::stages::crossings::hits;
 use crate::stages::facet::{Projected, rays_under};
 
-use super::numbers::{Numbering, Numbers, corner_hash, is_collapsed};
+use super::numbers::{Numbers, corner_hash, is_collapsed};
 
 /// Facets that one core takes at a time: fixed, so that the number of threads does not change the last bits of a sum.
 const CHUNK: usize = 4096;
@@ -121,24 +120,6 @@ impl Shell {
         self.volume += other.volume;
         self.edges = [self.edges[0].wrapping_add(other.edges[0]), self.edges[1] ^ other.edges[1]];
     }
-}
-
-/// What errors of memory call what numbering needs.
-const NUMBERED: &str = "the edges that connect the shells of a surface, which --quick does not ask for,";
-
-/// Which shell of a geometry each facet belongs to; `is_proper` says that no edge has more than two facets.
-///
-/// # Errors
-/// `cancelled`; `memory`.
-pub async fn numbers(geometry: &Geometry, is_proper: bool, memory: &Memory, control: &Control) -> Result<Numbers> {
-    let mut numbering = Numbering::new(&geometry.facets, is_proper);
-    let mut room = memory.take(numbering.n_bytes(), NUMBERED)?;
-    while numbering.step() {
-        room.set(numbering.n_bytes(), NUMBERED)?;
-        control.rest().await?;
-    }
-    room.set(numbering.n_bytes_at_end(), NUMBERED)?;
-    Ok(numbering.finish())
 }
 
 /// The shells of a geometry; without their edges where all of it is known to be closed.

@@ -44,7 +44,7 @@ fn closedness_is_that_of_every_edge() {
     let all_turned = whole.iter().map(|&facet| turned(facet)).collect();
     let collapsed = [whole.clone(), vec![[O, O, X], [Y, Z, Y]]].concat();
     for facets in [vec![], whole.clone(), whole[1..].to_vec(), one_turned, twice, both_ways, all_turned, collapsed] {
-        assert_eq!(Closed::new(&facets), brute_force(&facets), "{facets:?}");
+        assert_eq!(Closed::of(&facets), brute_force(&facets), "{facets:?}");
     }
 }
 
@@ -53,11 +53,11 @@ fn one_edge_of_many_that_comes_twice_is_found() {
     // a strip of tetrahedra, each beside the last: 240,000 facets in several chunks, whose hashes are compared in several groups
     let moved = |by: i32| tetrahedron().into_iter().map(move |facet| facet.map(|[x, y, z]| [x + by, y, z]));
     let mut facets: Vec<SnappedFacet> = (0..60_000).flat_map(|index| moved(100 * index)).collect();
-    assert_eq!(Closed::new(&facets), brute_force(&facets));
-    assert!(Closed::new(&facets).is_proper);
+    assert_eq!(Closed::of(&facets), brute_force(&facets));
+    assert!(Closed::of(&facets).is_proper);
     // one more, which has an edge in common with one far away
     facets.extend(tetrahedron().into_iter().map(|facet| facet.map(|[x, y, z]| [x + 1_500_000, -y, -z])));
-    let found = Closed::new(&facets);
+    let found = Closed::of(&facets);
     assert_eq!(found, brute_force(&facets));
     assert!(found.parity && found.nonzero && !found.is_proper);
 }
@@ -72,7 +72,7 @@ fn found_with(facets: Vec<SnappedFacet>, pieces: Vec<[u64; 2]>, control: &Contro
     geometry.pieces_in_file = pieces;
     let frame = Frame::new(std::slice::from_ref(&geometry), &lines).unwrap();
     let frame = Frame { fraction_bits: 6, ..frame.with_facets(facets) };
-    let closed = [Closed::new(&frame.facets)];
+    let closed = [Closed::of(&frame.facets)];
     let found = BadEdges::of_geometries(&frame, &closed, &lines, &[geometry], (&Memory::default(), control));
     found.map(|mut found| found.remove(0))
 }

@@ -1,5 +1,9 @@
+use std::future::ready;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+
 use super::*;
-use crate::base::control::Control;
+use crate::base::control::at_once;
 use crate::input::geometry::Facet;
 use crate::input::job::Rule;
 use crate::stages::cast::Cast;
@@ -29,12 +33,15 @@ fn lines() -> Lines {
 
 fn snapped(geometries: &[Geometry], rays: Option<&Rays>) -> (Snapped, usize) {
     let lines = lines();
-    let mut snapping = Snapping::new(geometries, &lines, rays).unwrap();
-    let mut n_steps = 0;
-    while snapping.step() {
-        n_steps += 1;
-    }
-    (snapping.finish(Rule::Parity).unwrap(), n_steps)
+    let n_rests = Arc::new(AtomicUsize::new(0));
+    let counted = n_rests.clone();
+    let control = Control::default().pausing(move || {
+        counted.fetch_add(1, Relaxed);
+        Box::pin(ready(()))
+    });
+    let (snapped, _) =
+        at_once(super::snapped(geometries, &lines, (rays, Rule::Parity), &Memory::default(), &control)).unwrap();
+    (snapped, n_rests.load(Relaxed))
 }
 
 #[test]
@@ -42,7 +49,7 @@ fn with_all_facets_it_is_the_frame_and_what_its_facets_tell() {
     let geometries = geometries(40);
     let (found, _) = snapped(&geometries, None);
     assert_eq!(found.frame, Frame::new(&geometries, &lines()).unwrap());
-    assert_eq!(found.closed, [0, 1].map(|rank| Closed::new(found.frame.facets_at(rank))));
+    assert_eq!(found.closed, [0, 1].map(|rank| Closed::of(found.frame.facets_at(rank))));
     assert!(found.closed.iter().all(|closed| closed.is_proper));
     for rank in [0, 1] {
         let facets = found.frame.facets_at(rank);
@@ -76,11 +83,11 @@ fn facets_that_no_ray_meets_go_and_all_else_stays() {
 }
 
 #[test]
-fn no_step_takes_more_than_some_facets() {
-    // 720,000 facets: three steps, and three to compare their edges; the tetrahedron takes as many as a surface takes at least
-    let n_steps = |n| snapped(&geometries(n), None).1;
-    let of_few = n_steps(4);
-    assert!(n_steps(600) >= of_few + 2 + 2, "{} and {of_few}", n_steps(600));
+fn it_rests_after_some_facets() {
+    // 720,000 facets: two rests, and three before their edges are compared; surfaces of few rest once before that
+    let n_rests = |n| snapped(&geometries(n), None).1;
+    assert_eq!(n_rests(4), 2);
+    assert!(n_rests(600) >= 2 + 2 + 2, "{}", n_rests(600));
 }
 
 #[test]
