@@ -12,7 +12,7 @@ use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::JsFuture;
 
 use crate::meshing::converge::converge;
-use crate::meshing::estimate::EstimateSteps;
+use crate::meshing::estimate::Estimate;
 use crate::meshing::measured::Measured;
 use crate::meshing::pipeline::{self, Engine, MeshOptions, Prepared, SpillTarget};
 use crate::meshing::report::{CallerFacts, Report};
@@ -36,14 +36,14 @@ mod values;
 mod work;
 mod write_options;
 
-pub use difference::WebDifference;
 pub use encoder::{WebEncoder, WebHash};
 pub use file::JsFile;
 use file::JsFileStore;
 pub use mesh::{WebMesh, WebSkin};
-pub use picture::{WebLook, WebPicture};
-pub use surface::{WebCheck, WebMeasuring, WebPreview, WebReader, WebSurface};
+pub use picture::WebLook;
+pub use surface::{WebReader, WebSurface};
 use values::{JsResult, forget, js_error, keep, kept};
+pub use work::WebWork;
 
 /// Version of hexcast.
 #[wasm_bindgen]
@@ -106,37 +106,19 @@ impl WebJob {
         self.sources.push(surface.source.clone());
     }
 
-    /// Starts to estimate what the mesh would cost.
-    pub fn estimate(&self) -> JsResult<WebEstimate> {
+    /// Estimates what the mesh would cost: `Estimate` without seconds, as JSON.
+    pub fn estimate(&self) -> JsResult<WebWork> {
         let prepared = pipeline::prepare(&self.job, self.sources()).map_err(js_error)?;
-        Ok(WebEstimate { prepared, steps: EstimateSteps::default() })
+        Ok(WebWork::new(|control| async move {
+            let Prepared { geometries, lines, rays, unit, .. } = &prepared;
+            let estimate = Estimate::with_rests(geometries, lines, rays, &control).await?;
+            Ok(info::json(&estimate.with_unit(unit.as_deref())).into())
+        }))
     }
 
     /// The sources, whose facets stay shared.
     fn sources(&self) -> Vec<Source> {
         self.sources.iter().map(|source| (**source).clone()).collect()
-    }
-}
-
-/// Estimates what a mesh would cost.
-#[wasm_bindgen]
-pub struct WebEstimate {
-    prepared: Prepared,
-    steps: EstimateSteps,
-}
-
-#[wasm_bindgen]
-impl WebEstimate {
-    /// Does a part of the work; false once all is done.
-    pub fn step(&mut self) -> bool {
-        let Prepared { geometries, lines, rays, .. } = &self.prepared;
-        self.steps.step(geometries, lines, rays)
-    }
-
-    /// As JSON, once all is done: `Estimate` without seconds.
-    pub fn finish(self) -> String {
-        let Prepared { geometries, lines, rays, unit, .. } = &self.prepared;
-        info::json(&self.steps.finish(geometries, lines, rays).with_unit(unit.as_deref()))
     }
 }
 

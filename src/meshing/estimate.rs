@@ -18,7 +18,7 @@ mod memory_limits;
 mod plan;
 mod work;
 
-pub use costs::{Estimate, EstimateSteps, FileBytes, HostBytes};
+pub use costs::{Estimate, FileBytes, HostBytes};
 pub use memory_limits::{Allowed, Device};
 #[doc(hidden)]
 pub use plan::BandLimit;

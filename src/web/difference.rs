@@ -1,49 +1,28 @@
-//! Differences of two meshes for JavaScript, found in steps.
+//! Differences of two meshes for JavaScript.
 
+use js_sys::Array;
 use wasm_bindgen::prelude::*;
 
 use super::info::json;
 use super::mesh::WebMesh;
-use super::values::{JsResult, js_error};
-use super::work::Work;
+use super::work::WebWork;
 use crate::meshing::measured::Measured;
 use crate::meshing::report::ColumnsReport;
-use hexcast_core::derived::difference::{Difference, difference_with_rests};
+use hexcast_core::derived::difference::difference_with_rests;
 use hexcast_core::input::job::ZarrJob;
-
-/// A comparison at work.
-#[wasm_bindgen]
-pub struct WebDifference {
-    work: Work<Difference>,
-}
-
-#[wasm_bindgen]
-impl WebDifference {
-    /// Does a part of the work; false once all is done.
-    pub fn step(&mut self) -> JsResult<bool> {
-        self.work.step().map_err(js_error)
-    }
-
-    /// What `hexcast diff --json` prints, once all is done.
-    pub fn facts(&self) -> String {
-        self.work.made.as_ref().map(json).unwrap_or_default()
-    }
-
-    /// The mask, once all is done.
-    pub fn finish(self) -> JsResult<WebMesh> {
-        let mask = self.work.finish().map_err(js_error)?.mask;
-        let report = json(&ColumnsReport::new(&mask));
-        Ok(WebMesh::new(mask, (Measured::default(), ZarrJob::default()), report))
-    }
-}
 
 #[wasm_bindgen]
 impl WebMesh {
-    /// Starts to compare it with another mesh; the mask takes at most so many bytes.
+    /// Compares it with another mesh; the mask takes at most so many bytes. Makes two values: what `hexcast diff --json` prints, and the
+    /// mask, a `WebMesh`.
     #[wasm_bindgen(js_name = differenceFrom)]
-    pub fn difference_from(&self, other: &WebMesh, max_bytes: f64) -> WebDifference {
+    pub fn difference_from(&self, other: &WebMesh, max_bytes: f64) -> WebWork {
         let (one, other) = (self.mesh.clone(), other.mesh.clone());
-        let work = move |control| async move { difference_with_rests(&one, &other, max_bytes as u64, &control).await };
-        WebDifference { work: Work::new(work) }
+        WebWork::new(move |control| async move {
+            let found = difference_with_rests(&one, &other, max_bytes as u64, &control).await?;
+            let (facts, report) = (json(&found), json(&ColumnsReport::new(&found.mask)));
+            let mask = WebMesh::new(found.mask, (Measured::default(), ZarrJob::default()), report);
+            Ok(Array::of2(&facts.into(), &mask.into()).into())
+        })
     }
 }

@@ -155,7 +155,7 @@ impl WebEncoder {
     #[wasm_bindgen(js_name = nextPiece)]
     pub fn next_piece(&mut self) -> JsResult<Option<Vec<u8>>> {
         if self.n_taken == self.made.len() {
-            let Some(made) = self.work.step().map_err(js_error)? else { return Ok(None) };
+            let Some(made) = self.work.step()? else { return Ok(None) };
             (self.made, self.n_taken) = (made, 0);
         }
         if self.n_taken == 0 && self.made.len() <= PIECE_BYTES {

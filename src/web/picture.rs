@@ -1,11 +1,11 @@
-//! Pictures for JavaScript, drawn in steps.
+//! Pictures for JavaScript: the bytes of a PNG.
 
 use hexcast_core::set;
 use wasm_bindgen::prelude::*;
 
 use super::mesh::{WebMesh, cell_box};
 use super::values::{JsResult, js_error};
-use super::work::Work;
+use super::work::WebWork;
 use hexcast_files::picture::{Look, Place, Slices, View, slices_with_rests, view_with_rests};
 
 /// How a picture looks.
@@ -23,56 +23,32 @@ impl WebLook {
     }
 }
 
-/// A picture at work.
-#[wasm_bindgen]
-pub struct WebPicture {
-    work: Work<Vec<u8>>,
-}
-
-#[wasm_bindgen]
-impl WebPicture {
-    /// Does a part of the work; false once all is done.
-    pub fn step(&mut self) -> JsResult<bool> {
-        self.work.step().map_err(js_error)
-    }
-
-    /// The file, once all is done: PNG.
-    pub fn finish(self) -> JsResult<Vec<u8>> {
-        self.work.finish().map_err(js_error)
-    }
-}
-
 #[wasm_bindgen]
 impl WebMesh {
-    /// Starts to draw slices: each of the places, separated by commas, along each of the axes.
+    /// Draws slices: each of the places, separated by commas, along each of the axes.
     #[wasm_bindgen(js_name = drawSlices)]
-    pub fn draw_slices(&self, axes: &[u8], places: &str, has_lines: bool, look: WebLook) -> JsResult<WebPicture> {
+    pub fn draw_slices(&self, axes: &[u8], places: &str, has_lines: bool, look: WebLook) -> JsResult<WebWork> {
         let axes: Vec<usize> = axes.iter().copied().map(usize::from).collect();
         let places = places.split(',').filter(|text| !text.is_empty()).map(str::parse);
         let places: Vec<Place> = places.collect::<Result<_, _>>().map_err(js_error)?;
         let wanted = Slices::at(&self.mesh, &axes, &places).map_err(js_error)?.with_lines(has_lines).with_look(look.0);
         let mesh = self.mesh.clone();
-        let work =
-            |control| async move { slices_with_rests(&mesh, &wanted, &control).await?.png_with_rests(&control).await };
-        Ok(WebPicture { work: Work::new(work) })
+        Ok(WebWork::new(|control| async move {
+            Ok(slices_with_rests(&mesh, &wanted, &control).await?.png_with_rests(&control).await?.into())
+        }))
     }
 
-    /// Starts to draw the surface, from a direction of two angles; of a box of cells, first and end on x, y, z, or of all.
+    /// Draws the surface, from a direction of two angles; of a box of cells, first and end on x, y, z, or of all.
     #[wasm_bindgen(js_name = drawView)]
-    pub fn draw_view(
-        &self,
-        direction: Option<Vec<f64>>,
-        cells: Option<Vec<u32>>,
-        look: WebLook,
-    ) -> JsResult<WebPicture> {
+    pub fn draw_view(&self, direction: Option<Vec<f64>>, cells: Option<Vec<u32>>, look: WebLook) -> JsResult<WebWork> {
         let mut wanted = View::default().with_look(look.0);
         if let Some(&[around, up]) = direction.as_deref() {
             wanted.direction = [around, up];
         }
         wanted.cells = cells.map(|corners| cell_box(&corners)).transpose()?;
         let mesh = self.mesh.clone();
-        let work =
-            |control| async move { view_with_rests(&mesh, &wanted, &control).await?.png_with_rests(&control).await };
-        Ok(WebPicture { work: Work::new(work) })
+        Ok(WebWork::new(|control| async move {
+            Ok(view_with_rests(&mesh, &wanted, &control).await?.png_with_rests(&control).await?.into())
+        }))
     }
 }

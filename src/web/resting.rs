@@ -3,7 +3,10 @@
 
 use std::future::Future;
 
-use super::work::Work;
+use wasm_bindgen::prelude::*;
+
+use super::values::JsResult;
+use super::work::WebWork;
 use hexcast_core::base::control::Control;
 use hexcast_core::base::error::Result;
 use hexcast_files::write::archive::Buffer;
@@ -11,7 +14,7 @@ use hexcast_files::write::archive::Buffer;
 /// A file while it is made.
 pub(super) struct Resting {
     /// None at the end.
-    work: Option<Work<()>>,
+    work: Option<WebWork>,
     made: Buffer,
     /// Rests that it had, and those of its pass over all cells before the first byte, if there is one.
     n_rests: [usize; 2],
@@ -21,18 +24,16 @@ impl Resting {
     /// Work that writes to the buffer and rests by the control that it is given.
     pub(super) fn new<F: Future<Output = Result<()>> + 'static>(
         n_rests: usize,
-        work: impl FnOnce(Buffer, Control) -> F,
+        work: impl FnOnce(Buffer, Control) -> F + 'static,
     ) -> Resting {
         let made = Buffer::default();
         let out = made.clone();
-        Resting { work: Some(Work::new(|control| work(out, control))), made, n_rests: [0, n_rests] }
+        let work = WebWork::new(|control| async move { work(out, control).await.map(|()| JsValue::UNDEFINED) });
+        Resting { work: Some(work), made, n_rests: [0, n_rests] }
     }
 
     /// The bytes up to the next rest, possibly none; None at the end.
-    ///
-    /// # Errors
-    /// Those of the work.
-    pub(super) fn step(&mut self) -> Result<Option<Vec<u8>>> {
+    pub(super) fn step(&mut self) -> JsResult<Option<Vec<u8>>> {
         let Some(work) = &mut self.work else { return Ok(None) };
         self.n_rests[0] += 1;
         let step = work.step();

@@ -1,4 +1,4 @@
-//! Surfaces: read slice by slice, checked and drawn in steps, so that messages arrive in between.
+//! Surfaces: read slice by slice, checked and drawn with rests, so that messages arrive in between.
 
 use std::rc::Rc;
 
@@ -7,13 +7,14 @@ use wasm_bindgen::prelude::*;
 
 use super::info;
 use super::values::{JsResult, js_error};
+use super::work::WebWork;
 use hexcast_core::base::checksum::hex;
 use hexcast_core::base::error::Error;
-use hexcast_core::input::geometry::{Facet, Geometry, Measuring, SharedFacets};
-use hexcast_core::input::preview::Preview;
+use hexcast_core::input::geometry::{Facet, Geometry, SharedFacets};
+use hexcast_core::input::preview::preview;
 use hexcast_core::input::read::Reader;
 use hexcast_core::input::sources::Source;
-use hexcast_core::input::surface::{Surface, SurfaceCheck};
+use hexcast_core::input::surface::surface_with_rests;
 
 /// Reads a file, slice by slice.
 #[wasm_bindgen]
@@ -86,103 +87,35 @@ impl WebSurface {
         self.geometry.facets.as_flattened().as_flattened().to_vec()
     }
 
-    /// Starts to measure it, which its facts and estimates need.
-    pub fn measure(&self) -> WebMeasuring {
-        WebMeasuring { geometry: self.geometry.clone(), measuring: Measuring::new() }
+    /// Measures it, which its facts and estimates need.
+    pub fn measure(&self) -> WebWork {
+        let geometry = self.geometry.clone();
+        WebWork::new(|control| async move { geometry.measured(&control).await.map(|_| JsValue::UNDEFINED) })
     }
 
-    /// Starts to look at the edges.
-    pub fn check(&self) -> WebCheck {
+    /// Looks at the edges, of all its solids together and then of each. Makes facts as JSON: what `SurfaceInfo` of `www/job.d.ts` adds to
+    /// `FileInfo`.
+    pub fn check(&self) -> WebWork {
         let solids = self.source.contents.solids.iter().map(|solid| solid.facets.clone());
         let all = self.geometry.facets.clone();
         // one solid is the whole
         let solids = solids.filter(|solid| solid.len() < all.len());
         let parts: Vec<SharedFacets> = [all.clone()].into_iter().chain(solids).collect();
-        WebCheck { check: SurfaceCheck::new(&all), parts, done: Vec::new() }
+        WebWork::new(|control| async move {
+            let mut checked = Vec::new();
+            for (index, part) in parts.iter().enumerate() {
+                checked.push(surface_with_rests(part, &control.of_piece(index, parts.len())).await?);
+            }
+            Ok(info::edge_info(&checked).into())
+        })
     }
 
-    /// Starts to make a preview of at most so many facets.
-    pub fn preview(&self, max_facets: u32) -> WebPreview {
-        let bounds = self.geometry.bounding_box().unwrap_or_default();
-        WebPreview { facets: self.geometry.facets.clone(), preview: Preview::new(bounds, max_facets as usize) }
-    }
-}
-
-/// Measures a surface.
-#[wasm_bindgen]
-pub struct WebMeasuring {
-    geometry: Geometry,
-    measuring: Measuring,
-}
-
-#[wasm_bindgen]
-impl WebMeasuring {
-    /// Does a part of the work; false once all is done.
-    pub fn step(&mut self) -> bool {
-        self.measuring.step(&self.geometry.facets, self.geometry.world_from_file)
-    }
-
-    /// Keeps what was found, once all is done.
-    pub fn finish(self) {
-        self.geometry.keep(self.measuring);
-    }
-}
-
-/// Looks at the edges of a surface, of all its solids together and then of each.
-#[wasm_bindgen]
-pub struct WebCheck {
-    parts: Vec<SharedFacets>,
-    /// Of the part after those that are done.
-    check: SurfaceCheck,
-    done: Vec<Surface>,
-}
-
-#[wasm_bindgen]
-impl WebCheck {
-    /// Does a part of the work; false once all is done.
-    pub fn step(&mut self) -> bool {
-        let Some(facets) = self.parts.get(self.done.len()) else { return false };
-        if self.check.step(facets) {
-            return true;
-        }
-        let next = SurfaceCheck::new(self.parts.get(self.done.len() + 1).map_or(&[], |facets| facets));
-        self.done.push(std::mem::replace(&mut self.check, next).finish());
-        self.done.len() < self.parts.len()
-    }
-
-    /// Share of the work that is done, 0 to 1.
-    pub fn share(&self) -> f64 {
-        let share = if self.done.len() < self.parts.len() { self.check.share() } else { 0.0 };
-        (self.done.len() as f64 + share) / self.parts.len() as f64
-    }
-
-    /// Facts as JSON, once all is done: what `SurfaceInfo` of `www/job.d.ts` adds to `FileInfo`.
-    pub fn finish(self) -> String {
-        info::edge_info(&self.done)
-    }
-}
-
-/// Makes a preview of a surface.
-#[wasm_bindgen]
-pub struct WebPreview {
-    facets: SharedFacets,
-    preview: Preview,
-}
-
-#[wasm_bindgen]
-impl WebPreview {
-    /// Does a part of the work; false once all is done.
-    pub fn step(&mut self) -> bool {
-        self.preview.step(&self.facets)
-    }
-
-    /// Share of the work that is done, 0 to 1; it may begin again.
-    pub fn share(&self) -> f64 {
-        self.preview.share(self.facets.len())
-    }
-
-    /// Corners of its facets, 9 numbers each, once all is done.
-    pub fn finish(self) -> Vec<f32> {
-        self.preview.finish().into_flattened().into_flattened()
+    /// Makes a preview of at most so many facets: their corners, 9 numbers each.
+    pub fn preview(&self, max_facets: u32) -> WebWork {
+        let (facets, bounds) = (self.geometry.facets.clone(), self.geometry.bounding_box().unwrap_or_default());
+        WebWork::new(move |control| async move {
+            let facets = preview(&facets, bounds, max_facets as usize, &control).await?;
+            Ok(facets.into_flattened().into_flattened().into())
+        })
     }
 }

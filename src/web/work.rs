@@ -3,42 +3,55 @@
 use std::future::{Future, poll_fn};
 use std::mem::take;
 use std::pin::Pin;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::task::{Context, Poll, Waker};
 
+use wasm_bindgen::prelude::*;
+
+use super::values::{JsResult, js_error};
 use hexcast_core::base::control::Control;
-use hexcast_core::base::error::{Error, Result};
+use hexcast_core::base::error::Result;
 
 /// Work and, once it is done, what it made.
-pub(super) struct Work<T> {
-    work: Option<Pin<Box<dyn Future<Output = Result<T>>>>>,
-    pub(super) made: Option<T>,
+#[wasm_bindgen]
+pub struct WebWork {
+    work: Option<Pin<Box<dyn Future<Output = Result<JsValue>>>>>,
+    made: JsValue,
+    /// The bits of the share that is done.
+    share: Arc<AtomicU64>,
 }
 
-impl<T> Work<T> {
+impl WebWork {
     /// Starts work, which rests by the control that it gets.
-    pub(super) fn new<F: Future<Output = Result<T>> + 'static>(start: impl FnOnce(Control) -> F) -> Work<T> {
+    pub(super) fn new<F: Future<Output = Result<JsValue>> + 'static>(start: impl FnOnce(Control) -> F) -> WebWork {
+        let share = Arc::new(AtomicU64::default());
+        let told = share.clone();
         let control = Control::default().pausing(|| Box::pin(once()));
-        Work { work: Some(Box::pin(start(control))), made: None }
+        let control = control.on_share(move |share| told.store(share.to_bits(), Relaxed));
+        WebWork { work: Some(Box::pin(start(control))), made: JsValue::UNDEFINED, share }
     }
+}
 
-    /// Works up to the next rest; false once all is done.
-    ///
-    /// # Errors
-    /// Those of the work, which is over then.
-    pub(super) fn step(&mut self) -> Result<bool> {
+#[wasm_bindgen]
+impl WebWork {
+    /// Works up to the next rest; false once all is done. After an error it is over.
+    pub fn step(&mut self) -> JsResult<bool> {
         let Some(work) = &mut self.work else { return Ok(false) };
         let Poll::Ready(done) = work.as_mut().poll(&mut Context::from_waker(Waker::noop())) else { return Ok(true) };
         self.work = None;
-        self.made = Some(done?);
+        self.made = done.map_err(js_error)?;
         Ok(false)
     }
 
-    /// What was made.
-    ///
-    /// # Errors
-    /// `cancelled` where the work is not done.
-    pub(super) fn finish(self) -> Result<T> {
-        self.made.ok_or(Error::Cancelled)
+    /// Share of the work that is done, 0 to 1, of a check or a preview of a surface; it may begin again.
+    pub fn share(&self) -> f64 {
+        f64::from_bits(self.share.load(Relaxed))
+    }
+
+    /// What was made, once all is done.
+    pub fn finish(self) -> JsValue {
+        self.made
     }
 }
 

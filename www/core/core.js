@@ -149,7 +149,10 @@ export class Core {
     return JSON.parse(await inSteps(this.#surfaces.get(surface).check(), state, this.#stage('check', progress)));
   }
 
-  /** @param {{ surface: number, maxFacets: number }} args @param {Listener} progress @param {State} state */
+  /**
+   * @param {{ surface: number, maxFacets: number }} args @param {Listener} progress @param {State} state
+   * @returns {Promise<Float32Array>}
+   */
   preview({ surface, maxFacets }, progress, state) {
     return inSteps(this.#surfaces.get(surface).preview(maxFacets), state, this.#stage('preview', progress));
   }

@@ -53,7 +53,7 @@ export function pictureIn(mesh, { look, slices, view }, state) {
   const work = slices
     ? mesh.drawSlices(slices.axes, slices.places, slices.hasLines, how)
     : mesh.drawView(view?.direction, view?.cells, how);
-  return inSteps(/** @type {any} */ (work), state);
+  return inSteps(work, state);
 }
 
 /**
@@ -65,8 +65,7 @@ export function pictureIn(mesh, { look, slices, view }, state) {
  * @param {import('../protocol/call.js').State} state
  * @returns {Promise<{ facts: Omit<import('../hexcast.js').Difference, 'mask'>, mask: import('../hexcast_wasm.js').WebMesh }>}
  */
-export function comparedIn(one, other, maxBytes, state) {
-  const work = one.differenceFrom(other, maxBytes);
-  const finish = () => ({ facts: JSON.parse(work.facts()), mask: work.finish() });
-  return inSteps({ step: () => work.step(), finish, free: () => work.free() }, state);
+export async function comparedIn(one, other, maxBytes, state) {
+  const [facts, mask] = await inSteps(one.differenceFrom(other, maxBytes), state);
+  return { facts: JSON.parse(facts), mask };
 }

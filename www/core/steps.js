@@ -2,25 +2,17 @@
 import { cancelled, pause } from '../protocol/call.js';
 
 /**
- * What the wasm does in steps; `finish` frees it.
+ * Does all of the work; returns what it made, which its maker describes.
  *
- * @template T
- * @typedef {{ step(): boolean, finish(): T, free(): void, share?(): number }} Work
- */
-
-/**
- * Does all of the work.
- *
- * @template T
- * @param {Work<T>} work
+ * @param {import('../hexcast_wasm.js').WebWork} work
  * @param {import('../protocol/call.js').State} state
  * @param {(share: number) => Promise<unknown>} [onStep] is told what share is done, 0 to 1, and waited for
- * @returns {Promise<T>}
+ * @returns {Promise<any>}
  */
 export async function inSteps(work, state, onStep) {
   try {
     while (work.step()) {
-      await onStep?.(work.share?.() ?? 0);
+      await onStep?.(work.share());
       await pause();
       if (state.cancelled) throw cancelled();
     }

@@ -2,7 +2,9 @@
 
 use serde::Serialize;
 
-use super::expected_crossings::{Expected, Sums};
+use super::expected_crossings::{Sums, expected};
+use hexcast_core::base::control::{Control, at_once};
+use hexcast_core::base::error::Result;
 use hexcast_core::derived::mesh::SLAB_BYTES;
 use hexcast_core::grid::lines::{Grading, Lines};
 use hexcast_core::grid::rays::Rays;
@@ -106,28 +108,25 @@ pub struct FileBytes {
     pub hxc_zlib: u64,
 }
 
-/// An estimate in steps, each of which gets what is estimated.
-#[derive(Default)]
-pub struct EstimateSteps(Expected);
-
-impl EstimateSteps {
-    /// Does a part of the work; false once all is done.
-    pub fn step(&mut self, geometries: &[Geometry], lines: &Lines, rays: &Rays) -> bool {
-        self.0.step(geometries, lines, rays)
-    }
-
-    /// The estimate, once all is done.
-    pub fn finish(self, geometries: &[Geometry], lines: &Lines, rays: &Rays) -> Estimate {
-        Estimate::of(&self.0.sums, geometries, lines, rays)
-    }
-}
-
 impl Estimate {
     /// Estimates the mesh of geometries on lines by rays.
     pub fn new(geometries: &[Geometry], lines: &Lines, rays: &Rays) -> Estimate {
-        let mut steps = EstimateSteps::default();
-        while steps.step(geometries, lines, rays) {}
-        steps.finish(geometries, lines, rays)
+        // nothing cancels it
+        let expected = at_once(expected(geometries, lines, rays, &Control::default())).unwrap_or_default();
+        Estimate::of(&expected, geometries, lines, rays)
+    }
+
+    /// The same with rests.
+    ///
+    /// # Errors
+    /// `cancelled`.
+    pub async fn with_rests(
+        geometries: &[Geometry],
+        lines: &Lines,
+        rays: &Rays,
+        control: &Control,
+    ) -> Result<Estimate> {
+        Ok(Estimate::of(&expected(geometries, lines, rays, control).await?, geometries, lines, rays))
     }
 
     /// Says what the unit of lengths is, which the Courant step in seconds needs.
@@ -239,7 +238,6 @@ fn file_bytes(lines: &Lines, rays: u64, runs: u64) -> FileBytes {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use hexcast_core::base::control::Control;
     use hexcast_core::grid::frame::Frame;
     use hexcast_core::input::job::Rule;
 

@@ -1,8 +1,10 @@
 //! What the rays are expected to meet: areas of projections, cell by cell.
 //!
-//! Geometries, lines, rays -> [`Expected`]. See the top of the module above for why an area is a number of crossings.
+//! Geometries, lines, rays -> [`Sums`]. See the top of the module above for why an area is a number of crossings.
 //! Cost: one pass over the corners.
 
+use hexcast_core::base::control::Control;
+use hexcast_core::base::error::Result;
 use hexcast_core::base::parallel::*;
 use hexcast_core::grid::lines::Lines;
 use hexcast_core::grid::rays::Rays;
@@ -10,18 +12,10 @@ use hexcast_core::input::geometry::{Facet, Geometry};
 use hexcast_core::stages::cast::sizes::BIN;
 use hexcast_core::stages::cpu;
 
-/// Facets of a step: some tens of milliseconds. A multiple of the facets that are summed first.
+/// Facets between two rests: some tens of milliseconds. A multiple of the facets that are summed first.
 const FACETS_AT_ONCE: usize = 32 * SUMMED_AT_ONCE;
 /// Facets that are summed first, so that the number of threads does not change the last bits.
 const SUMMED_AT_ONCE: usize = 4096;
-
-/// What the rays meet.
-#[derive(Default)]
-pub(super) struct Expected {
-    /// The geometry and the facet of it that come next.
-    next: [usize; 2],
-    pub(super) sums: Sums,
-}
 
 /// Sums over facets.
 #[derive(Default)]
@@ -38,18 +32,23 @@ pub(super) struct Sums {
     pub(super) facets: f64,
 }
 
-impl Expected {
-    /// Adds the next facets; false once all are added.
-    pub(super) fn step(&mut self, geometries: &[Geometry], lines: &Lines, rays: &Rays) -> bool {
-        let [index, first] = self.next;
-        let Some(geometry) = geometries.get(index) else { return false };
-        let end = geometry.facets.len().min(first + FACETS_AT_ONCE);
-        self.add(geometry, &geometry.facets[first..end], lines, rays);
-        self.next = if end == geometry.facets.len() { [index + 1, 0] } else { [index, end] };
-        self.next[0] < geometries.len()
+/// What the rays are expected to meet, with a rest after some facets.
+///
+/// # Errors
+/// `cancelled`.
+pub(super) async fn expected(geometries: &[Geometry], lines: &Lines, rays: &Rays, control: &Control) -> Result<Sums> {
+    let mut sums = Sums::default();
+    for geometry in geometries {
+        for facets in geometry.facets.chunks(FACETS_AT_ONCE) {
+            sums.add_facets(geometry, facets, lines, rays);
+            control.rest().await?;
+        }
     }
+    Ok(sums)
+}
 
-    fn add(&mut self, geometry: &Geometry, facets: &[Facet], lines: &Lines, rays: &Rays) {
+impl Sums {
+    fn add_facets(&mut self, geometry: &Geometry, facets: &[Facet], lines: &Lines, rays: &Rays) {
         let strip = [f64::from(rays.counts[0]), f64::from(cpu::rows_of_strip(rays))];
         let (counts, depth) = (rays.counts.map(f64::from), f64::from(rays.depth));
         let placing = geometry.placing();
@@ -77,11 +76,9 @@ impl Expected {
             sums
         };
         let blocks: Vec<Sums> = facets.par_chunks(SUMMED_AT_ONCE).map(of_block).collect();
-        blocks.iter().for_each(|block| self.sums.add(block));
+        blocks.iter().for_each(|block| self.add(block));
     }
-}
 
-impl Sums {
     fn add(&mut self, other: &Sums) {
         self.crossings += other.crossings;
         self.runs += other.runs;

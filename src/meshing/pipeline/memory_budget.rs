@@ -5,7 +5,7 @@ use sha2::{Digest, Sha256};
 use super::engine::Engine;
 use super::options::{DEFAULT_MAX_BYTES, MeshOptions, SpillTarget};
 use super::prepare::Prepared;
-use crate::meshing::estimate::{Allowed, EstimateSteps, MemoryBudget};
+use crate::meshing::estimate::{Allowed, Estimate, MemoryBudget};
 use crate::meshing::report::InputReport;
 use hexcast_core::base::checksum::hex;
 use hexcast_core::base::control::Control;
@@ -96,12 +96,7 @@ pub(super) async fn memory_budget(
     if max_bytes == u64::MAX && !can_spill {
         return Ok(MemoryBudget::unlimited(&prepared.rays, max_device_bytes));
     }
-    let (geometries, lines, rays) = (&prepared.geometries, &prepared.lines, &prepared.rays);
-    let mut steps = EstimateSteps::default();
-    while steps.step(geometries, lines, rays) {
-        control.rest().await?;
-    }
-    let estimate = steps.finish(geometries, lines, rays);
+    let estimate = Estimate::with_rests(&prepared.geometries, &prepared.lines, &prepared.rays, control).await?;
     let (program_bytes, flags) = (options.program_bytes + parts_bytes, options.flags_in_memory);
     let device = engine.device();
     MemoryBudget::new(&estimate, &Allowed { max_bytes, program_bytes, device, max_device_bytes, can_spill, flags })

@@ -72,6 +72,7 @@ pub struct Control {
     pub memory: Memory,
     on_progress: Option<Arc<dyn Fn(Progress) + Send + Sync>>,
     on_holes: Option<Arc<dyn Fn(HoleWork) + Send + Sync>>,
+    on_share: Option<Arc<dyn Fn(f64) + Send + Sync>>,
     pause: Option<Pause>,
 }
 
@@ -85,6 +86,35 @@ impl Control {
     pub fn on_holes(mut self, on_holes: impl Fn(HoleWork) + Send + Sync + 'static) -> Control {
         self.on_holes = Some(Arc::new(on_holes));
         self
+    }
+
+    /// Says what share of the work is done, 0 to 1, where that is a surface's: of a check of its edges, or a preview.
+    pub fn on_share(mut self, on_share: impl Fn(f64) + Send + Sync + 'static) -> Control {
+        self.on_share = Some(Arc::new(on_share));
+        self
+    }
+
+    /// The same for one of several pieces of work, whose share is one of that of all.
+    #[doc(hidden)]
+    pub fn of_piece(&self, index: usize, n_pieces: usize) -> Control {
+        let all = self.clone();
+        self.clone().on_share(move |share| all.share((index as f64 + share) / n_pieces as f64))
+    }
+
+    /// Reports the share of the work that is done.
+    fn share(&self, share: f64) {
+        if let Some(on_share) = &self.on_share {
+            on_share(share);
+        }
+    }
+
+    /// Rests where this share of the work is done, which it reports.
+    ///
+    /// # Errors
+    /// `cancelled`.
+    pub(crate) async fn rest_at(&self, share: f64) -> Result<()> {
+        self.share(share);
+        self.rest().await
     }
 
     /// Reports work with holes that begins.
@@ -134,7 +164,7 @@ impl Control {
     /// The same without reports of progress, for what is meshed besides.
     #[doc(hidden)]
     pub fn without_progress(&self) -> Control {
-        Control { on_progress: None, on_holes: None, ..self.clone() }
+        Control { on_progress: None, on_holes: None, on_share: None, ..self.clone() }
     }
 
     /// Reports progress.

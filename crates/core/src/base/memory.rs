@@ -159,6 +159,11 @@ impl Held {
         self.memory.0.held.fetch_sub(n_bytes, Relaxed);
     }
 
+    /// Bytes that it has.
+    pub(crate) fn n_bytes(&self) -> u64 {
+        self.n_bytes
+    }
+
     /// Leaves it taken as long as there is the limit.
     pub fn keep(mut self) {
         self.n_bytes = 0;

@@ -6,6 +6,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::base::control::{Control, at_once};
 use crate::base::error::{Error, Result};
 
 mod facets;
@@ -16,7 +17,6 @@ mod placing;
 pub use facets::{Facet, SharedFacets};
 pub use material::Material;
 use measures::Measures;
-pub use measures::Measuring;
 pub use placing::Placing;
 
 /// How the cells of a geometry are decided whose surface is not closed. One that is closed is not affected.
@@ -211,19 +211,20 @@ impl Geometry {
     }
 
     fn measures(&self) -> Measures {
-        self.facets.kept(self.world_from_file).unwrap_or_else(|| {
-            let mut measuring = Measuring::new();
-            while measuring.step(&self.facets, self.world_from_file) {}
-            self.keep(measuring)
-        })
+        // nothing cancels it
+        let measured = || at_once(self.measured(&Control::default())).unwrap_or_default();
+        self.facets.kept(self.world_from_file).unwrap_or_else(measured)
     }
 
-    /// Keeps what was measured of it, for whoever asks next.
+    /// Measures it, and keeps what was found, for whoever asks next.
+    ///
+    /// # Errors
+    /// `cancelled`.
     #[doc(hidden)]
-    pub fn keep(&self, measuring: Measuring) -> Measures {
-        let measures = measuring.finish(self.world_from_file);
+    pub async fn measured(&self, control: &Control) -> Result<Measures> {
+        let measures = Measures::new(&self.facets, self.world_from_file, control).await?;
         self.facets.keep(self.world_from_file, measures);
-        measures
+        Ok(measures)
     }
 }
 

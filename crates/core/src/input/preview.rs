@@ -6,79 +6,70 @@
 //!
 //! Source: Rossignac and Borrel (1993), *Multi-resolution 3D approximations for rendering complex scenes*. It needs no edges and no second
 //! copy of the facets, as other ways to simplify a surface do.
-//! Cost: a pass over the facets for each size of boxes, in steps; some 100 bytes per facet that is left.
+//! Cost: a pass over the facets for each size of boxes, with rests; some 100 bytes per facet that is left.
 
+use crate::base::control::Control;
+use crate::base::error::Result;
 use crate::input::edges::Vertices;
 use crate::input::geometry::Facet;
 
 /// Boxes along the longest side at first: as fine as pictures are.
 const BOXES: u32 = 512;
-/// Facets of a step: some tens of milliseconds.
+/// Facets between two rests: some tens of milliseconds.
 const FACETS_AT_ONCE: usize = 1 << 18;
 
-/// A preview in the making, in steps, each of which gets all facets.
-pub struct Preview {
+/// Facets within a box, at most so many. The control is told which share of them this size of boxes has done; it may begin again.
+///
+/// # Errors
+/// `cancelled`.
+pub async fn preview(
+    facets: &[Facet],
+    [low, high]: [[f64; 3]; 2],
     max_facets: usize,
-    low: [f64; 3],
-    /// Length of the longest side.
-    length: f64,
-    boxes: u32,
-    next: usize,
-    /// Those that are left, with their own corners.
-    facets: Vec<Facet>,
+    control: &Control,
+) -> Result<Vec<Facet>> {
+    if facets.len() <= max_facets {
+        return Ok(facets.to_vec());
+    }
+    let length = (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f64::max);
+    let mut boxes = Boxes { low, length, n: BOXES };
+    let (mut left, mut n_done) = (Vec::new(), 0);
+    while n_done < facets.len() {
+        let end = facets.len().min(n_done + FACETS_AT_ONCE);
+        left.extend(facets[n_done..end].iter().filter(|facet| boxes.keep_apart(facet)));
+        n_done = end;
+        if left.len() > max_facets {
+            boxes.n /= 2;
+            n_done = 0;
+            left.clear();
+        }
+        control.rest_at(n_done as f64 / facets.len() as f64).await?;
+    }
+    boxes.join_corners(&mut left);
+    Ok(left)
 }
 
-impl Preview {
-    /// Starts a preview of facets within a box, of at most so many facets.
-    pub fn new([low, high]: [[f64; 3]; 2], max_facets: usize) -> Preview {
-        Preview {
-            max_facets,
-            low,
-            length: (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f64::max),
-            boxes: BOXES,
-            next: 0,
-            facets: Vec::new(),
-        }
+/// The boxes that the space is divided into.
+struct Boxes {
+    low: [f64; 3],
+    /// Length of the longest side, and boxes along it.
+    length: f64,
+    n: u32,
+}
+
+impl Boxes {
+    /// Whether all corners of a facet are in different boxes.
+    fn keep_apart(&self, facet: &Facet) -> bool {
+        let [a, b, c] = facet.map(|corner| self.of(corner));
+        a != b && b != c && c != a
     }
 
-    /// Does a part of the work; false once all is done.
-    pub fn step(&mut self, facets: &[Facet]) -> bool {
-        if facets.len() <= self.max_facets {
-            self.facets = facets.to_vec();
-            return false;
-        }
-        let end = facets.len().min(self.next + FACETS_AT_ONCE);
-        for facet in &facets[self.next..end] {
-            let [a, b, c] = facet.map(|corner| self.box_of(corner));
-            if a != b && b != c && c != a {
-                self.facets.push(*facet);
-            }
-        }
-        self.next = end;
-        if self.facets.len() > self.max_facets {
-            self.boxes /= 2;
-            self.next = 0;
-            self.facets.clear();
-        }
-        self.next < facets.len()
-    }
-
-    /// Share of the facets that this size of boxes has done, 0 to 1, of so many.
-    pub fn share(&self, n_facets: usize) -> f64 {
-        self.next as f64 / n_facets.max(1) as f64
-    }
-
-    /// The facets, once all is done.
-    pub fn finish(self) -> Vec<Facet> {
-        // no corner was taken for another
-        if self.next == 0 {
-            return self.facets;
-        }
-        let boxes = Vertices::of(self.facets.len(), &|facet, corner| self.box_of(self.facets[facet][corner]));
-        let mut facets = self.facets;
+    /// Makes all corners in a box the first of them.
+    fn join_corners(&self, facets: &mut [Facet]) {
+        let numbers = Vertices::of(facets.len(), &|facet, corner| self.of(facets[facet][corner]));
         let mut corner_of_box: Vec<[f32; 3]> = Vec::new();
         for (index, facet) in facets.iter_mut().enumerate() {
-            for (corner, number) in facet.iter_mut().zip(boxes.of_facet(index)) {
+            for (corner, number) in facet.iter_mut().zip(numbers.of_facet(index)) {
                 // numbers come in order
                 if number == corner_of_box.len() {
                     corner_of_box.push(*corner);
@@ -86,11 +77,10 @@ impl Preview {
                 *corner = corner_of_box[number];
             }
         }
-        facets
     }
 
-    fn box_of(&self, corner: [f32; 3]) -> [u32; 3] {
-        let boxes = f64::from(self.boxes);
+    fn of(&self, corner: [f32; 3]) -> [u32; 3] {
+        let boxes = f64::from(self.n);
         let at = |axis: usize| boxes * (f64::from(corner[axis]) - self.low[axis]) / self.length;
         // a number beyond the ends, or none at all, becomes one of the ends
         [0, 1, 2].map(|axis| at(axis).min(boxes - 1.0) as u32)
@@ -100,8 +90,10 @@ impl Preview {
 #[cfg(test)]
 mod tests {
     use std::collections::HashSet;
+    use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
     use super::*;
+    use crate::base::control::at_once;
 
     /// Two facets for each of n x n squares of a wavy sheet of length 1.
     fn sheet(n: usize) -> Vec<Facet> {
@@ -117,14 +109,12 @@ mod tests {
     }
 
     fn preview(facets: &[Facet], max_facets: usize) -> Vec<Facet> {
-        let mut preview = Preview::new([[0.0, 0.0, -0.1], [1.0, 1.0, 0.1]], max_facets);
-        let mut n_steps = 0;
-        while preview.step(facets) {
-            n_steps += 1;
-            assert!((0.0..1.0).contains(&preview.share(facets.len())));
-            assert!(n_steps < 1000);
-        }
-        preview.finish()
+        let n_rests = AtomicUsize::new(0);
+        let control = Control::default().on_share(move |share| {
+            assert!((0.0..=1.0).contains(&share));
+            assert!(n_rests.fetch_add(1, Relaxed) < 1000);
+        });
+        at_once(super::preview(facets, [[0.0, 0.0, -0.1], [1.0, 1.0, 0.1]], max_facets, &control)).unwrap()
     }
 
     #[test]

@@ -12,11 +12,12 @@
 //! only where they are looked for. Nothing that is found depends on the order of facets, but for the last bits of the area.
 //!
 //! Cost: O(n log n) time. Beside the input 18 bytes a facet where facets that are near in the list are near in space, and 4 for the shells; at most
-//! 50, and some megabytes for each core, where they are in no order. [`SurfaceCheck`] does it in steps, for callers that must be able to stop.
+//! 50, and some megabytes for each core, where they are in no order. [`surface_with_rests`] is for callers that must be able to stop.
 
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
+use crate::base::control::{Control, at_once};
 use crate::base::error::Result;
 use crate::base::memory::{Held, Memory};
 use crate::base::parallel::*;
@@ -34,9 +35,9 @@ pub use tally::MAX_WORST_OPEN_EDGES;
 
 /// Facets whose areas are summed first.
 const AREAS_AT_ONCE: usize = 4096;
-/// Chunks that each core takes in a step: some tens of milliseconds.
+/// Chunks that each core takes between two rests: some tens of milliseconds.
 const CHUNKS_AT_ONCE: usize = 8;
-/// Vertices that each core compares in a step, about.
+/// Vertices that each core compares between two rests, about.
 const COMPARED_AT_ONCE: usize = 1 << 18;
 
 /// What the edges and areas of facets say about the surface they form.
@@ -87,9 +88,8 @@ fn in_f64([x, y, z]: [f32; 3]) -> [f64; 3] {
 ///
 /// Facets carry a 32-bit index, so that there may be at most 2^32 of them.
 pub fn surface(facets: &[Facet]) -> Surface {
-    let mut check = SurfaceCheck::new(facets);
-    while check.step(facets) {}
-    check.finish()
+    let Ok(found) = surface_within(facets, &Memory::default()) else { unreachable!("there is no limit") };
+    found
 }
 
 /// The same within a limit of memory.
@@ -97,23 +97,32 @@ pub fn surface(facets: &[Facet]) -> Surface {
 /// # Errors
 /// `memory` where the numbers of the vertices and the edges do not fit.
 pub fn surface_within(facets: &[Facet], memory: &Memory) -> Result<Surface> {
-    let mut room = Held::of(memory);
-    let mut check = SurfaceCheck::new(facets);
-    loop {
-        room.set(check.bytes_of_step(), EXAMINED)?;
-        if !check.step(facets) {
-            return Ok(check.finish());
-        }
-    }
+    let mut control = Control::default();
+    control.memory = memory.clone();
+    at_once(surface_with_rests(facets, &control))
+}
+
+/// The same with rests, within the memory of the control, which is told the share that is done.
+///
+/// # Errors
+/// Those of [`surface_within`]; `cancelled`.
+pub async fn surface_with_rests(facets: &[Facet], control: &Control) -> Result<Surface> {
+    let mut check = Check::new(facets, control);
+    check.make_chunks().await?;
+    let first_numbers = check.number_shared().await?;
+    check.look_at_own(first_numbers).await?;
+    check.look_between().await?;
+    Ok(check.found())
 }
 
 /// What errors of memory call what is held meanwhile.
 const EXAMINED: &str = "the edges of the surface, which are examined,";
 
-/// An examination of facets in steps, each of which gets all facets.
-pub struct SurfaceCheck {
-    n_facets: usize,
-    pass: Pass,
+/// An examination of facets.
+struct Check<'a> {
+    facets: &'a [Facet],
+    control: &'a Control,
+    room: Held,
     chunks: Vec<Chunk>,
     /// Bytes that the chunks take.
     bytes_of_chunks: u64,
@@ -139,25 +148,12 @@ impl Pool {
     }
 }
 
-/// What the next step does.
-enum Pass {
-    /// The next facets become chunks.
-    Chunks,
-    /// The next parts of the vertices of all chunks are compared; how many the parts before have that are shared.
-    Shared(Vec<usize>),
-    /// The next chunks, from this one, look at the edges that are their own; the first number of the shared vertices of each part, if there
-    /// are several chunks.
-    Own(usize, Option<Vec<usize>>),
-    /// The next class of edges between chunks is looked at.
-    Between { class: usize, n_uses: usize },
-}
-
-impl SurfaceCheck {
-    /// Starts to examine facets.
-    pub fn new(facets: &[Facet]) -> SurfaceCheck {
-        SurfaceCheck {
-            n_facets: facets.len(),
-            pass: Pass::Chunks,
+impl<'a> Check<'a> {
+    fn new(facets: &'a [Facet], control: &'a Control) -> Check<'a> {
+        Check {
+            facets,
+            control,
+            room: Held::of(&control.memory),
             chunks: Vec::new(),
             bytes_of_chunks: 0,
             area: 0.0,
@@ -169,58 +165,145 @@ impl SurfaceCheck {
         }
     }
 
-    /// Does a part of the work; false once all is done.
-    pub fn step(&mut self, facets: &[Facet]) -> bool {
-        match std::mem::replace(&mut self.pass, Pass::Chunks) {
-            Pass::Chunks => self.make_chunks(facets),
-            Pass::Shared(n_shared) => self.compare(n_shared),
-            Pass::Own(first, first_numbers) => self.look_at_own(facets, first, first_numbers),
-            Pass::Between { class, n_uses } => return self.look_between(facets, class, n_uses),
-        }
-        true
+    /// Rests where this share of the work is done, and takes room for the most bytes that the next part of it holds beside the chunks.
+    async fn begin(&mut self, share: f64, n_bytes: u64) -> Result<()> {
+        debug_assert!(self.bytes_of_chunks <= self.room.n_bytes(), "{} bytes", self.bytes_of_chunks);
+        self.room.set(self.bytes_of_chunks + n_bytes, EXAMINED)?;
+        self.control.rest_at(share).await
     }
 
-    /// Most bytes that the next step holds.
-    fn bytes_of_step(&self) -> u64 {
-        let groups = size_of::<u32>() as u64 * self.n_facets as u64;
+    /// Number of all chunks.
+    fn n_chunks(&self) -> usize {
+        self.facets.len().div_ceil(FACETS)
+    }
+
+    /// Chunks between two rests: no large share of them all, whatever the number of cores, so that memory is counted as it is taken.
+    fn chunks_at_once(&self) -> usize {
         let n_cores = current_num_threads();
-        let n_next = |first: usize| self.chunks_at_once().min(self.n_chunks() - first) as u64;
-        let of_pool = n_cores.min(self.n_chunks()) as u64 * Scratch::most_bytes(FACETS.min(self.n_facets));
-        let more = match &self.pass {
-            Pass::Chunks => {
-                let n_left = self.n_facets - self.chunks.len() * FACETS;
-                of_pool + n_next(self.chunks.len()) * Chunk::most_bytes(FACETS.min(n_left))
-            }
-            Pass::Shared(n_shared) => {
-                let parts = self.parts_at_once(n_shared.len());
-                let n_at_once = parts.len().min(n_cores) as u64;
-                let largest = parts.map(|part| self.n_of_part(part)).max().unwrap_or(0);
-                of_pool + n_at_once * shared::most_bytes_of_part(largest)
-            }
-            Pass::Own(first, _) => {
-                of_pool + groups + n_next(*first) * Chunk::most_bytes_of_own_edges(FACETS.min(self.n_facets))
-            }
-            Pass::Between { n_uses, .. } => groups + shared::bytes_of_class(*n_uses, self.n_facets),
-        };
-        self.bytes_of_chunks + more
+        (CHUNKS_AT_ONCE * n_cores).min(n_cores.max(self.n_chunks() / 16)).max(1)
     }
 
-    /// Share of the work that is done, 0 to 1.
-    pub fn share(&self) -> f64 {
-        let of_chunks = |n: usize| n as f64 / self.n_chunks().max(1) as f64;
-        match &self.pass {
-            Pass::Chunks => 0.4 * of_chunks(self.chunks.len()),
-            Pass::Shared(n_shared) => 0.4 + 0.1 * n_shared.len() as f64 / PARTS as f64,
-            Pass::Own(first, _) => 0.5 + 0.4 * of_chunks(*first),
-            Pass::Between { class, n_uses } => {
-                0.9 + 0.1 * *class as f64 / shared::n_classes(*n_uses, self.n_facets) as f64
+    /// Number of vertices of a part.
+    fn n_of_part(&self, part: usize) -> usize {
+        self.chunks.iter().map(|chunk| chunk.n_of_part(part)).sum()
+    }
+
+    /// Parts between two rests, from the given one.
+    fn parts_at_once(&self, first: usize) -> Range<usize> {
+        let n_vertices: usize = self.chunks.iter().map(Chunk::n_vertices).sum();
+        let n = COMPARED_AT_ONCE * current_num_threads() * PARTS / n_vertices.max(1);
+        first..PARTS.min(first + n.max(current_num_threads()))
+    }
+
+    /// Most bytes of the lists for the chunks that cores look at.
+    fn bytes_of_pool(&self) -> u64 {
+        current_num_threads().min(self.n_chunks()) as u64 * Scratch::most_bytes(FACETS.min(self.facets.len()))
+    }
+
+    /// Bytes of the groups of connected facets.
+    fn bytes_of_groups(&self) -> u64 {
+        (size_of::<u32>() * self.facets.len()) as u64
+    }
+
+    /// Facets become chunks, with vertices of their own, and their areas are summed.
+    async fn make_chunks(&mut self) -> Result<()> {
+        for facets in self.facets.chunks(self.chunks_at_once() * FACETS) {
+            let of_next = facets.len().div_ceil(FACETS) as u64 * Chunk::most_bytes(FACETS.min(facets.len()));
+            let share = 0.4 * self.chunks.len() as f64 / self.n_chunks() as f64;
+            self.begin(share, self.bytes_of_pool() + of_next).await?;
+            let make = |facets: &[Facet]| (self.pool.with(|scratch| Chunk::new(facets, scratch)), areas(facets));
+            let made: Vec<(Chunk, Vec<(f64, u64)>)> = facets.par_chunks(FACETS).map(make).collect();
+            for (chunk, areas) in made {
+                self.bytes_of_chunks += chunk.bytes();
+                self.chunks.push(chunk);
+                for (area, zeros) in areas {
+                    self.area += area;
+                    self.zero_area += zeros;
+                }
             }
         }
+        Ok(())
+    }
+
+    /// Compares the vertices of all chunks, part by part, and numbers those that several have; the first number of each part, unless there is
+    /// one chunk.
+    async fn number_shared(&mut self) -> Result<Option<Vec<usize>>> {
+        if self.chunks.len() < 2 {
+            return Ok(None);
+        }
+        let mut n_shared = Vec::with_capacity(PARTS);
+        while n_shared.len() < PARTS {
+            let parts = self.parts_at_once(n_shared.len());
+            let n_at_once = parts.len().min(current_num_threads()) as u64;
+            let largest = parts.clone().map(|part| self.n_of_part(part)).max().unwrap_or(0);
+            let share = 0.4 + 0.1 * n_shared.len() as f64 / PARTS as f64;
+            self.begin(share, self.bytes_of_pool() + n_at_once * shared::most_bytes_of_part(largest)).await?;
+            n_shared.extend(shared::number_parts(&mut self.chunks, parts));
+        }
+        let mut first = 0;
+        for n in &mut n_shared {
+            first += std::mem::replace(n, first);
+        }
+        Ok(Some(n_shared))
+    }
+
+    /// Looks at the edges that chunks have for themselves.
+    async fn look_at_own(&mut self, first_numbers: Option<Vec<usize>>) -> Result<()> {
+        let (n_chunks, n_at_once) = (self.chunks.len(), self.chunks_at_once());
+        let of_chunk = Chunk::most_bytes_of_own_edges(FACETS.min(self.facets.len()));
+        for first in (0..n_chunks).step_by(n_at_once) {
+            let end = n_chunks.min(first + n_at_once);
+            let of_next = (end - first) as u64 * of_chunk;
+            let share = 0.5 + 0.4 * first as f64 / n_chunks as f64;
+            self.begin(share, self.bytes_of_pool() + self.bytes_of_groups() + of_next).await?;
+            if first == 0 {
+                self.shells.reserve(self.facets.len());
+            }
+            let next = &mut self.chunks[first..end];
+            let bytes_before: u64 = next.iter().map(Chunk::bytes).sum();
+            let facets = &self.facets[first * FACETS..self.facets.len().min(end * FACETS)];
+            let look = |(chunk, facets): (&mut Chunk, &[Facet])| {
+                chunk.number(facets, first_numbers.as_deref());
+                self.pool.with(|scratch| chunk.own_edges(facets, scratch))
+            };
+            let found: Vec<chunk::OwnEdges> = next.par_iter_mut().zip(facets.par_chunks(FACETS)).map(look).collect();
+            self.bytes_of_chunks += next.iter().map(Chunk::bytes).sum::<u64>();
+            self.bytes_of_chunks -= bytes_before;
+            for own in found {
+                self.tally.add(own.tally);
+                self.shells.append(own.groups);
+                self.collapsed += own.n_collapsed;
+            }
+        }
+        self.pool = Pool::default();
+        Ok(())
+    }
+
+    /// Looks at the edges that several chunks may use, class by class.
+    async fn look_between(&mut self) -> Result<()> {
+        let (facets, n_facets) = (self.facets, self.facets.len());
+        let n_uses: usize = self.chunks.iter().map(Chunk::n_shared_uses).sum();
+        let n_classes = if n_uses == 0 { 0 } else { shared::n_classes(n_uses, n_facets) };
+        for class in 0..n_classes {
+            let share = 0.9 + 0.1 * class as f64 / n_classes as f64;
+            self.begin(share, self.bytes_of_groups() + shared::bytes_of_class(n_uses, n_facets)).await?;
+            for uses in each(&shared::uses_of_class(&self.chunks, class, n_classes)) {
+                self.tally.count(directions(uses));
+                for two in uses.windows(2) {
+                    self.shells.join(two[0].facet() as u32, two[1].facet() as u32);
+                }
+                if let [open] = uses {
+                    let (facet, chunk) = (open.facet(), &self.chunks[open.facet() / FACETS]);
+                    self.tally.list(open.pair().map(|vertex| facets[facet][chunk.corner(facet % FACETS, vertex)]));
+                }
+            }
+        }
+        Ok(())
     }
 
     /// What was found, once all is done.
-    pub fn finish(self) -> Surface {
-        let n_facets = self.n_facets as u64;
+    fn found(self) -> Surface {
+        let n_facets = self.facets.len() as u64;
         Surface {
             n_facets,
             open_edges: self.tally.open,
@@ -235,113 +318,6 @@ impl SurfaceCheck {
             shells: n_facets - self.collapsed - self.shells.n_joined,
             worst_open_edges: self.tally.longest(),
         }
-    }
-
-    /// Number of all chunks.
-    fn n_chunks(&self) -> usize {
-        self.n_facets.div_ceil(FACETS)
-    }
-
-    /// Chunks of a step: no large share of them all, whatever the number of cores, so that memory is counted as it is taken.
-    fn chunks_at_once(&self) -> usize {
-        let n_cores = current_num_threads();
-        (CHUNKS_AT_ONCE * n_cores).min(n_cores.max(self.n_chunks() / 16)).max(1)
-    }
-
-    /// Number of vertices of a part.
-    fn n_of_part(&self, part: usize) -> usize {
-        self.chunks.iter().map(|chunk| chunk.n_of_part(part)).sum()
-    }
-
-    /// Parts of a step from the given one.
-    fn parts_at_once(&self, first: usize) -> Range<usize> {
-        let n_vertices: usize = self.chunks.iter().map(Chunk::n_vertices).sum();
-        let n = COMPARED_AT_ONCE * current_num_threads() * PARTS / n_vertices.max(1);
-        first..PARTS.min(first + n.max(current_num_threads()))
-    }
-
-    /// Finds the vertices of the next facets, and sums their areas.
-    fn make_chunks(&mut self, facets: &[Facet]) {
-        let first = self.chunks.len() * FACETS;
-        let next = &facets[first..facets.len().min(first + self.chunks_at_once() * FACETS)];
-        let make = |facets: &[Facet]| (self.pool.with(|scratch| Chunk::new(facets, scratch)), areas(facets));
-        let made: Vec<(Chunk, Vec<(f64, u64)>)> = next.par_chunks(FACETS).map(make).collect();
-        for (chunk, areas) in made {
-            self.bytes_of_chunks += chunk.bytes();
-            self.chunks.push(chunk);
-            for (area, zeros) in areas {
-                self.area += area;
-                self.zero_area += zeros;
-            }
-        }
-        self.pass = match self.chunks.len() {
-            n if n < self.n_chunks() => Pass::Chunks,
-            0 | 1 => Pass::Own(0, None),
-            _ => Pass::Shared(Vec::new()),
-        };
-    }
-
-    /// Numbers the shared vertices of the next parts.
-    fn compare(&mut self, mut n_shared: Vec<usize>) {
-        let parts = self.parts_at_once(n_shared.len());
-        n_shared.extend(shared::number_parts(&mut self.chunks, parts));
-        if n_shared.len() < PARTS {
-            self.pass = Pass::Shared(n_shared);
-            return;
-        }
-        let mut first = 0;
-        for n in &mut n_shared {
-            first += std::mem::replace(n, first);
-        }
-        self.pass = Pass::Own(0, Some(n_shared));
-    }
-
-    /// Looks at the own edges of the next chunks.
-    fn look_at_own(&mut self, facets: &[Facet], first: usize, first_numbers: Option<Vec<usize>>) {
-        if first == 0 {
-            self.shells.reserve(facets.len());
-        }
-        let end = self.n_chunks().min(first + self.chunks_at_once());
-        let next = &mut self.chunks[first..end];
-        let bytes_before: u64 = next.iter().map(Chunk::bytes).sum();
-        let facets = &facets[first * FACETS..facets.len().min(end * FACETS)];
-        let look = |(chunk, facets): (&mut Chunk, &[Facet])| {
-            chunk.number(facets, first_numbers.as_deref());
-            self.pool.with(|scratch| chunk.own_edges(facets, scratch))
-        };
-        let found: Vec<chunk::OwnEdges> = next.par_iter_mut().zip(facets.par_chunks(FACETS)).map(look).collect();
-        self.bytes_of_chunks += next.iter().map(Chunk::bytes).sum::<u64>();
-        self.bytes_of_chunks -= bytes_before;
-        for own in found {
-            self.tally.add(own.tally);
-            self.shells.append(own.groups);
-            self.collapsed += own.n_collapsed;
-        }
-        self.pass = if end < self.n_chunks() {
-            Pass::Own(end, first_numbers)
-        } else {
-            self.pool = Pool::default();
-            Pass::Between { class: 0, n_uses: self.chunks.iter().map(Chunk::n_shared_uses).sum() }
-        };
-    }
-
-    /// Looks at a class of the edges that several chunks may use; false once all are done.
-    fn look_between(&mut self, facets: &[Facet], class: usize, n_uses: usize) -> bool {
-        let n_classes = shared::n_classes(n_uses, self.n_facets);
-        if n_uses > 0 && class < n_classes {
-            for uses in each(&shared::uses_of_class(&self.chunks, class, n_classes)) {
-                self.tally.count(directions(uses));
-                for two in uses.windows(2) {
-                    self.shells.join(two[0].facet() as u32, two[1].facet() as u32);
-                }
-                if let [open] = uses {
-                    let (facet, chunk) = (open.facet(), &self.chunks[open.facet() / FACETS]);
-                    self.tally.list(open.pair().map(|vertex| facets[facet][chunk.corner(facet % FACETS, vertex)]));
-                }
-            }
-        }
-        self.pass = Pass::Between { class: class + 1, n_uses };
-        n_uses > 0 && class + 1 < n_classes
     }
 }
 

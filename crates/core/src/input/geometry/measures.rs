@@ -1,13 +1,15 @@
-//! Ends and volume of placed facets, found in steps, and kept beside the facets: estimates, meshes and reports ask for them again and again.
+//! Ends and volume of placed facets, and kept beside the facets: estimates, meshes and reports ask for them again and again.
 //!
 //! Cost: two passes over the corners, on all cores.
 
 use glam::DVec3;
 
 use super::placing::Placing;
+use crate::base::control::{Control, Paced};
+use crate::base::error::Result;
 use crate::base::parallel::*;
 
-/// Facets of a step: some tens of milliseconds.
+/// Facets between two rests: some tens of milliseconds.
 const FACETS_AT_ONCE: usize = 1 << 19;
 
 /// Facets that one core takes at a time.
@@ -27,7 +29,7 @@ fn joined([low, high]: [[f64; 3]; 2], [other_low, other_high]: [[f64; 3]; 2]) ->
 }
 
 /// What is known of placed facets.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Measures {
     /// Least and greatest world coordinates; None without facets.
     pub(crate) ends: Option<[[f64; 3]; 2]>,
@@ -35,62 +37,41 @@ pub struct Measures {
     pub(crate) signed_volume: f64,
 }
 
-/// Measures facets in steps, each of which gets them and where they are placed.
-#[doc(hidden)]
-pub struct Measuring {
-    ends: [[f64; 3]; 2],
-    six_volumes: f64,
-    /// Facets that are done, of the pass for the ends and of that for the volume.
-    done: [usize; 2],
-}
-
-impl Default for Measuring {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
-impl Measuring {
-    #[doc(hidden)]
-    pub fn new() -> Measuring {
-        Measuring { ends: NO_ENDS, six_volumes: 0.0, done: [0; 2] }
-    }
-
-    /// Does a part of the work; false once all is done.
-    #[doc(hidden)]
-    pub fn step(&mut self, facets: &[[[f32; 3]; 3]], placing: Placing) -> bool {
-        let n = facets.len();
-        let pass = usize::from(self.done[0] == n);
-        let some = &facets[self.done[pass]..n.min(self.done[pass] + FACETS_AT_ONCE)];
-        let placing = placing.of_corners();
-        if pass == 0 {
-            let ends = some.par_chunks(BLOCK).map(|block| {
-                block.as_flattened().iter().fold(NO_ENDS, |ends, corner| joined(ends, [placing(*corner); 2]))
+impl Measures {
+    /// Measures facets where they are placed.
+    ///
+    /// # Errors
+    /// `cancelled`.
+    pub(super) async fn new(facets: &[[[f32; 3]; 3]], placing: Placing, control: &Control) -> Result<Measures> {
+        if facets.is_empty() {
+            return Ok(Measures::default());
+        }
+        let place = placing.of_corners();
+        let mut pace = Paced::new(control, FACETS_AT_ONCE);
+        let mut ends = NO_ENDS;
+        for some in facets.chunks(FACETS_AT_ONCE) {
+            let of_blocks = some.par_chunks(BLOCK).map(|block| {
+                block.as_flattened().iter().fold(NO_ENDS, |ends, corner| joined(ends, [place(*corner); 2]))
             });
-            self.ends = ends.collect::<Vec<_>>().into_iter().fold(self.ends, joined);
-        } else {
-            let [low, high] = self.ends;
-            let centre = (DVec3::from(low) + DVec3::from(high)) * 0.5;
-            let corner = |c: [f32; 3]| DVec3::from(placing(c)) - centre;
+            ends = of_blocks.collect::<Vec<_>>().into_iter().fold(ends, joined);
+            pace.done(some.len()).await?;
+        }
+        let [low, high] = ends;
+        let centre = (DVec3::from(low) + DVec3::from(high)) * 0.5;
+        let mut six_volumes = 0.0;
+        for some in facets.chunks(FACETS_AT_ONCE) {
+            let corner = |c: [f32; 3]| DVec3::from(place(c)) - centre;
             let volumes = some.par_chunks(BLOCK).map(|block| {
                 block.iter().map(|[a, b, c]| corner(*a).dot(corner(*b).cross(corner(*c)))).collect::<Vec<f64>>()
             });
             // one after the other, so that the number of threads does not change the last bits
             for volume in volumes.collect::<Vec<_>>().into_iter().flatten() {
-                self.six_volumes += volume;
+                six_volumes += volume;
             }
+            pace.done(some.len()).await?;
         }
-        self.done[pass] += some.len();
-        self.done != [n; 2]
-    }
-
-    /// What was found, once all is done.
-    pub(crate) fn finish(self, placing: Placing) -> Measures {
         // a mirrored surface has its normals inwards by the order of its corners alone
-        let signed = (self.six_volumes / 6.0).copysign(self.six_volumes * placing.determinant());
-        match self.done {
-            [0, _] => Measures { ends: None, signed_volume: 0.0 },
-            _ => Measures { ends: Some(self.ends), signed_volume: signed },
-        }
+        let signed_volume = (six_volumes / 6.0).copysign(six_volumes * placing.determinant());
+        Ok(Measures { ends: Some(ends), signed_volume })
     }
 }

@@ -317,13 +317,13 @@ fn a_hub_in_all_chunks_has_all_its_edges() {
 #[test]
 fn classes_have_each_edge_between_chunks_once() {
     let facets = soup(1, 3 * FACETS, 12);
-    let mut check = SurfaceCheck::new(&facets);
-    while !matches!(check.pass, Pass::Between { .. }) {
-        let bytes = check.bytes_of_step();
-        assert!(check.step(&facets) && (0.0..=1.0).contains(&check.share()));
-        assert!(check.bytes_of_chunks <= bytes);
-    }
-    let Pass::Between { n_uses, .. } = check.pass else { unreachable!() };
+    let control = Control::default().on_share(|share| assert!((0.0..1.0).contains(&share)));
+    let mut check = Check::new(&facets, &control);
+    at_once(check.make_chunks()).unwrap();
+    let first_numbers = at_once(check.number_shared()).unwrap();
+    at_once(check.look_at_own(first_numbers)).unwrap();
+    assert!(check.bytes_of_chunks <= check.room.n_bytes());
+    let n_uses: usize = check.chunks.iter().map(Chunk::n_shared_uses).sum();
     let all = shared::uses_of_class(&check.chunks, 0, 1);
     assert_eq!(all.len(), n_uses);
     let of_classes: Vec<_> = (0..4).map(|class| shared::uses_of_class(&check.chunks, class, 4)).collect();
