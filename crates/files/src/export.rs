@@ -32,6 +32,7 @@ mod plates;
 mod unit;
 mod xml;
 
+use crate::write::Compress;
 use format::Format;
 #[doc(hidden)]
 pub use links::write as write_links;
@@ -207,6 +208,21 @@ impl Exporter {
     /// `export-material` where the job does not say what a flag is made of; `job-value` where the program cannot compute it.
     pub fn check_materials(self, options: &ExportOptions, names: &[Named], flags: &[u8]) -> Result<()> {
         (self.format().check_materials)(names, &options.chosen(flags.iter().copied()))
+    }
+
+    /// Refuses patches that are to be open and no solid has, for callers that have no mesh yet: `solids` are the names of all walls.
+    ///
+    /// # Errors
+    /// `job-conflict`.
+    #[doc(hidden)]
+    pub fn check_patches(self, options: &ExportOptions, solids: &[String]) -> Result<()> {
+        self.format().longest_name.map_or(Ok(()), |longest| patches::check_open(options, solids, longest))
+    }
+
+    /// The bytes that files of cells take at least that are not known yet; None where that depends on the flags.
+    #[doc(hidden)]
+    pub fn least_size(self, lines: &Lines, options: &ExportOptions) -> Option<u64> {
+        (self == Exporter::Nrrd && options.compress == Compress::None).then(|| lines.n_cells())
     }
 
     /// Refuses, before any byte is written, a mesh that this exporter cannot write with these options.

@@ -110,8 +110,21 @@ pub fn exact_size(mesh: &Mesh, format: Format, options: &Options) -> Option<u64>
     Cells::flags(mesh, options).exact_size(format)
 }
 
-/// Refuses options that the format would silently ignore.
-fn check(format: Format, options: &Options) -> Result<()> {
+/// Returns the size of a file of cells that are not known yet, in bytes, as far as it is known: without its head; None where it depends on
+/// the flags.
+#[doc(hidden)]
+pub fn least_size(lines: &Lines, format: Format, options: &Options) -> Option<u64> {
+    let is_plain = matches!(format, Format::Raw | Format::Npy)
+        || matches!(format, Format::Vti | Format::Vtr) && options.compress == Compress::None;
+    raw::n_bytes(lines.dims(), options.bits).filter(|_| is_plain)
+}
+
+/// Refuses options that the format would silently ignore, for callers that have no mesh yet.
+///
+/// # Errors
+/// `job-conflict` and `job-value` as for [`write()`].
+#[doc(hidden)]
+pub fn check(format: Format, options: &Options) -> Result<()> {
     let name = format.extension();
     if format == Format::Zarr {
         let message = ".zarr is a folder of many files, and one file was to be written";

@@ -169,7 +169,8 @@ fn for_each_crossing(
 }
 
 /// The names of all walls, and which is the first of each geometry.
-fn names(geometries: &[Geometry]) -> (Vec<String>, Vec<u32>) {
+#[doc(hidden)]
+pub fn names(geometries: &[Geometry]) -> (Vec<String>, Vec<u32>) {
     let (mut names, mut first_of): (Vec<String>, Vec<u32>) = (Vec::new(), Vec::new());
     for geometry in geometries {
         first_of.push(names.len() as u32);

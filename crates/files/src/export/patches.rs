@@ -156,23 +156,26 @@ impl<'a> Boundary<'a> {
 /// # Errors
 /// `job-conflict`.
 pub(super) fn check(mesh: &Mesh, options: &ExportOptions, longest: usize) -> Result<()> {
-    let (by, open) = (options.patches, &options.open_patches);
-    let solids = match (&mesh.walls(), by) {
-        (None, PatchNames::Solid) => {
-            let message =
-                "patches are to have the names of solids, and the mesh does not know which facets made its faces";
-            let hint = "mesh the surfaces with this output; column files do not hold it";
-            return Err(Error::new("job-conflict", message, hint));
-        }
-        (Some(walls), PatchNames::Solid) => unique(walls.names.clone(), longest, &[]),
-        _ => Vec::new(),
-    };
+    let walls = mesh.walls();
+    if walls.is_none() && options.patches == PatchNames::Solid {
+        let message = "patches are to have the names of solids, and the mesh does not know which facets made its faces";
+        let hint = "mesh the surfaces with this output; column files do not hold it";
+        return Err(Error::new("job-conflict", message, hint));
+    }
+    check_open(options, walls.as_ref().map_or(&[], |walls| &walls.names[..]), longest)
+}
+
+/// Refuses open patches that are none of these solids.
+///
+/// # Errors
+/// `job-conflict`.
+pub(super) fn check_open(options: &ExportOptions, solids: &[String], longest: usize) -> Result<()> {
+    let (is_by_solid, open) = (options.patches == PatchNames::Solid, &options.open_patches);
+    let solids = if is_by_solid { unique(solids.iter().cloned(), longest, &[]) } else { Vec::new() };
     let Some(unknown) = open.iter().find(|name| !solids.contains(name)) else { return Ok(()) };
-    let message = match by {
-        PatchNames::Solid => {
-            format!("there is no patch \"{unknown}\" to be open; those of solids are {}", solids.join(", "))
-        }
-        _ => format!("the patch \"{unknown}\" is to be open, and patches do not have the names of solids"),
+    let message = match is_by_solid {
+        true => format!("there is no patch \"{unknown}\" to be open; those of solids are {}", solids.join(", ")),
+        false => format!("the patch \"{unknown}\" is to be open, and patches do not have the names of solids"),
     };
     Err(Error::new("job-conflict", message, "name solids, and take their names for patches (--patches solid)"))
 }

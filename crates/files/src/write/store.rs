@@ -15,7 +15,7 @@ mod shard;
 
 use std::ops::Range;
 
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use super::archive::{Archive, Buffer};
 use super::{Compress, Options, Sink};
@@ -24,8 +24,8 @@ use hexcast_core::base::control::Control;
 use hexcast_core::base::error::{Error, Result};
 use hexcast_core::cells::columns::Columns;
 use hexcast_core::cells::flags::{CellBox, flags_of_box};
-use hexcast_core::derived::mesh::Mesh;
-use hexcast_core::grid::lines::Lines;
+use hexcast_core::derived::mesh::{Mesh, Named};
+use hexcast_core::grid::lines::{AXES, Lines};
 pub(super) use metadata::sharded;
 use metadata::{Described, attributes, group, plain, text};
 #[cfg(test)]
@@ -77,6 +77,75 @@ impl<'a> OfCells<'a> {
     }
 }
 
+/// What a store says of itself; nothing that only the whole mesh knows.
+pub(super) struct Head<'a> {
+    pub(super) whole: &'a Lines,
+    pub(super) cells: &'a OfCells<'a>,
+    pub(super) shapes: Shards,
+    pub(super) compress: Compress,
+    pub(super) names: &'a [Named],
+    pub(super) unit: Option<&'a str>,
+}
+
+impl Head<'_> {
+    /// The file by which others know that there is a store: it has what is said of all arrays, too.
+    ///
+    /// # Errors
+    /// `io`, none but for a defect.
+    pub(super) fn group(&self) -> Result<Vec<u8>> {
+        let centres = [0, 1, 2].map(|axis| (AXES[axis], self.centres_described(axis)));
+        let arrays = std::iter::once((self.cells.name, self.described())).chain(centres);
+        text(&group(arrays.map(|(name, of)| (name.to_string(), of)).collect()))
+    }
+
+    /// The files that say what the store is, and the centres. The group is first.
+    ///
+    /// # Errors
+    /// `io`, none but for a defect.
+    pub(super) fn files(&self) -> Result<Vec<(String, Vec<u8>)>> {
+        let whole = self.whole;
+        let mut files = vec![("zarr.json".to_string(), self.group()?)];
+        for (axis, name) in AXES.iter().enumerate() {
+            let centres = (0..whole.dims()[axis]).flat_map(|cell| whole.centre(axis, cell).to_le_bytes());
+            files.push((format!("{name}/zarr.json"), text(&self.centres_described(axis))?));
+            files.push((format!("{name}/c/0"), centres.collect()));
+        }
+        files.push((format!("{}/zarr.json", self.cells.name), text(&self.described())?));
+        Ok(files)
+    }
+
+    fn described(&self) -> Value {
+        let ([nx, ny, nz], [sx, sy, sz]) = (self.whole.dims().map(u64::from), self.shapes.shard.map(u64::from));
+        let (data_type, fill, _) = self.cells.numbers.clone();
+        let mut attributes = attributes((self.names, self.unit), self.whole, self.cells.rays.is_none());
+        attributes.extend(self.cells.rays.map(|rays| ("rays".to_string(), json!(rays))));
+        Described {
+            shape: vec![nz, ny, nx],
+            numbers: (data_type, fill),
+            file: vec![sz, sy, sx],
+            codecs: sharded(&self.shapes, self.compress),
+            attributes,
+            axes: &["z", "y", "x"],
+        }
+        .json()
+    }
+
+    /// The array of the centres of the cells along an axis, of one file.
+    fn centres_described(&self, axis: usize) -> Value {
+        let n = u64::from(self.whole.dims()[axis]);
+        let unit = self.unit.into_iter().map(|unit| ("units".to_string(), json!(unit)));
+        Described {
+            shape: vec![n],
+            numbers: ("float64", json!("NaN")),
+            file: vec![n],
+            codecs: json!([plain()]),
+            attributes: unit.collect(),
+            axes: &[["x"], ["y"], ["z"]][axis],
+        }
+        .json()
+    }
+}
+
 /// A shard of a part: its index on z, y, x, and its cells, counted from the first of the part.
 pub(super) type ShardOfPart = ([u64; 3], CellBox);
 
@@ -104,55 +173,14 @@ impl<'a> Store<'a> {
         Ok(Store { mesh, place: place.clone(), cells, compress: options.compress, shapes, shards })
     }
 
-    /// The files that say what the store is, and the centres. The group is first: by it others know that there is a store.
+    /// The files that say what the store is, and the centres.
     ///
     /// # Errors
-    /// `io`, none but for a defect.
+    /// Those of [`Head::files`].
     pub(super) fn head(&self) -> Result<Vec<(String, Vec<u8>)>> {
-        let whole = &self.place.whole;
-        let cells = self.described();
-        let centres = [0, 1, 2].map(|axis| (["x", "y", "z"][axis], self.centres_described(axis)));
-        let arrays = std::iter::once((self.cells.name, cells.clone())).chain(centres.clone());
-        let arrays: Map<String, Value> = arrays.map(|(name, of)| (name.to_string(), of)).collect();
-        let mut files = vec![("zarr.json".to_string(), text(&group(arrays))?)];
-        for (axis, (name, described)) in centres.iter().enumerate() {
-            let centres = (0..whole.dims()[axis]).flat_map(|cell| whole.centre(axis, cell).to_le_bytes());
-            files.push((format!("{name}/zarr.json"), text(described)?));
-            files.push((format!("{name}/c/0"), centres.collect()));
-        }
-        files.push((format!("{}/zarr.json", self.cells.name), text(&cells)?));
-        Ok(files)
-    }
-
-    fn described(&self) -> Value {
-        let ([nx, ny, nz], [sx, sy, sz]) = (self.place.whole.dims().map(u64::from), self.shapes.shard.map(u64::from));
-        let (data_type, fill, _) = self.cells.numbers.clone();
-        let mut attributes = attributes(self.mesh, &self.place.whole, self.cells.rays.is_none());
-        attributes.extend(self.cells.rays.map(|rays| ("rays".to_string(), json!(rays))));
-        Described {
-            shape: vec![nz, ny, nx],
-            numbers: (data_type, fill),
-            file: vec![sz, sy, sx],
-            codecs: sharded(&self.shapes, self.compress),
-            attributes,
-            axes: &["z", "y", "x"],
-        }
-        .json()
-    }
-
-    /// The array of the centres of the cells along an axis, of one file.
-    fn centres_described(&self, axis: usize) -> Value {
-        let n = u64::from(self.place.whole.dims()[axis]);
-        let unit = self.mesh.unit().into_iter().map(|unit| ("units".to_string(), json!(unit)));
-        Described {
-            shape: vec![n],
-            numbers: ("float64", json!("NaN")),
-            file: vec![n],
-            codecs: json!([plain()]),
-            attributes: unit.collect(),
-            axes: &[["x"], ["y"], ["z"]][axis],
-        }
-        .json()
+        let Store { mesh, place, cells, compress, shapes, .. } = self;
+        let (whole, names, unit) = (&place.whole, mesh.names(), mesh.unit());
+        Head { whole, cells, shapes: *shapes, compress: *compress, names, unit }.files()
     }
 
     /// The name of the file of a shard.

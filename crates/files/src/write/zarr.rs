@@ -15,11 +15,13 @@ use hexcast_core::base::error::Result;
 use hexcast_core::base::parallel::*;
 use hexcast_core::cells::flags::n_cells;
 use hexcast_core::derived::fractions::Fractions;
-use hexcast_core::derived::mesh::Mesh;
+use hexcast_core::derived::mesh::{Mesh, Named};
+use hexcast_core::grid::lines::Lines;
 
 use super::Options;
 use super::solid::cells_of_store;
-use super::store::{OfCells, Store};
+use super::store::{Head, OfCells, Store};
+use crate::shards::Shards;
 pub use check::Stored;
 
 /// Most shards made side by side.
@@ -32,7 +34,7 @@ pub type Set<'a> = dyn Fn(&str, &[u8]) -> Result<()> + Sync + 'a;
 ///
 /// # Errors
 /// `job-conflict` for bits, which Zarr does not have; those of `set`; `cancelled`, looked at before every batch of shards;
-/// those of [`crate::shards::Shards::new`].
+/// those of [`Shards::new`].
 pub fn write(mesh: &Mesh, options: &Options, set: &Set<'_>, control: &Control, advance: impl FnMut(u64)) -> Result<()> {
     write_part(mesh, &Place::of_whole(mesh), options, set, control, advance)
 }
@@ -50,6 +52,16 @@ pub fn write_part(
     advance: impl FnMut(u64),
 ) -> Result<()> {
     put(&Store::new(mesh, place, OfCells::flags(), options)?, options, set, control, advance)
+}
+
+/// What a store of flags says of itself in the file `zarr.json`, for callers that have no mesh yet.
+///
+/// # Errors
+/// Those of [`Shards::new`].
+#[doc(hidden)]
+pub fn metadata(whole: &Lines, names: &[Named], unit: Option<&str>, options: &Options) -> Result<Vec<u8>> {
+    let shapes = Shards::new(whole.dims(), &options.zarr)?;
+    Head { whole, cells: &OfCells::flags(), shapes, compress: options.compress, names, unit }.group()
 }
 
 /// Writes the fraction of every cell that is not background as `solid` (float32) to a store of its own.

@@ -7,7 +7,6 @@ use crate::write::Compress;
 use crate::write::sidecar::lines;
 use hexcast_core::base::error::{Error, Result};
 use hexcast_core::cells::columns::Named;
-use hexcast_core::derived::mesh::Mesh;
 use hexcast_core::grid::lines::Lines;
 
 /// An array as its metadata has it.
@@ -68,9 +67,13 @@ pub(crate) fn sharded(shards: &Shards, compress: Compress) -> Value {
 }
 
 /// What a store says of its cells: where they lie, and with flags which these are.
-pub(super) fn attributes(mesh: &Mesh, whole: &Lines, with_flags: bool) -> Map<String, Value> {
+pub(super) fn attributes(
+    (names, unit): (&[Named], Option<&str>),
+    whole: &Lines,
+    with_flags: bool,
+) -> Map<String, Value> {
     // without numbers of cells, which no part knows
-    let mut names: Vec<&Named> = mesh.names().iter().collect();
+    let mut names: Vec<&Named> = names.iter().collect();
     names.sort_by_key(|named| named.flag);
     let told = |named: &&Named| match named.material.is_empty() {
         true => json!({ "flag": named.flag, "name": named.name }),
@@ -79,7 +82,7 @@ pub(super) fn attributes(mesh: &Mesh, whole: &Lines, with_flags: bool) -> Map<St
     let names: Vec<Value> = names.iter().map(told).collect();
     let entries = [
         ("generator", json!(concat!("hexcast ", env!("CARGO_PKG_VERSION")))),
-        ("unit", json!(mesh.unit())),
+        ("unit", json!(unit)),
         ("origin", json!(whole.origin())),
         ("spacing", json!(whole.spacing())),
         ("flags", json!(names)),
