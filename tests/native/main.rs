@@ -21,6 +21,7 @@ mod cli;
 mod column_files;
 #[cfg(feature = "cli")]
 mod command_inputs;
+mod command_outputs;
 mod compare;
 #[cfg(feature = "cli")]
 mod converge;

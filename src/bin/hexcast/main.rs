@@ -18,10 +18,12 @@ mod options {
     pub(crate) mod spelling;
 }
 mod files {
+    pub(crate) mod cells_file;
     pub(crate) mod disk;
     pub(crate) mod export_output;
     pub(crate) mod ledger;
     pub(crate) mod measured;
+    pub(crate) mod output;
     pub(crate) mod output_file;
     pub(crate) mod outputs;
     pub(crate) mod place_of_store;
@@ -32,7 +34,6 @@ mod files {
     pub(crate) mod standard_streams;
     pub(crate) mod store;
     pub(crate) mod temporary;
-    pub(crate) mod zarr_folder;
     pub(crate) mod zarr_output;
 }
 mod screen {

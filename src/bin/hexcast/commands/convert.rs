@@ -4,17 +4,16 @@ use std::path::PathBuf;
 
 use hexcast::control::{CancelToken, Control};
 use hexcast::cut::cut;
-use hexcast::job::{ByteSize, PerAxis, ZarrJob};
+use hexcast::job::{ByteSize, PerAxis};
 use hexcast::mesh::Mesh;
 use hexcast::write::Format;
-use hexcast::write::zarr::Place;
 use hexcast::{Error, Result};
 use indicatif::BinaryBytes;
 
 use crate::files::{
+    output::Meshed,
     outputs::{FormatArguments, Outputs, Targets},
     reading::{check_columns, open_columns},
-    standard_streams,
 };
 use crate::options::arguments::{default_max_memory, list, per_axis};
 use crate::screen::{progress::Progress, summary::Table, terminal};
@@ -62,11 +61,9 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     let max_bytes = arguments.max_memory.or_else(default_max_memory).map_or(u64::MAX, |size| size.0);
     // first: a missing input is the more useful message
     check_columns(&arguments.input)?;
-    let meshes = std::slice::from_ref(&arguments.output);
-    let zarr = ZarrJob::default();
-    let targets = Targets { meshes, doubt: None, report: None, zarr, is_part: false, has_archive: false };
+    let targets = Targets { meshes: std::slice::from_ref(&arguments.output), ..Targets::default() };
     let mut outputs = Outputs::open(&targets, &arguments.formats, max_bytes)?;
-    if arguments.formats.hash.is_some() && outputs.flags_files().next().is_none_or(|format| format != Format::Raw) {
+    if arguments.formats.hash.is_some() && arguments.formats.format_of(&arguments.output) != Ok(Format::Raw) {
         let message = "--hash is given, but only the sidecar of a .raw has the hash";
         return Err(Error::new("job-conflict", message, "convert to .raw, or leave out --hash"));
     }
@@ -78,15 +75,13 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     let unit = arguments.unit.clone().or(mesh.unit().map(String::from));
     let mesh = mesh.with_unit(unit);
     let (mesh, left_out) = taken(arguments, mesh, max_bytes / 4, &control)?;
-    let lost = outputs.lost_conductors(&mesh);
-    let place = Place::new(mesh.lines().clone(), [0; 3]);
-    outputs.write(&mesh, &place, None, &control, progress)?;
-    control.check()?;
-    let files = outputs.finish("")?;
-    for warning in arguments.formats.merged(&mesh).into_iter().chain(lost) {
+    let meshed = Meshed::new(&mesh, &control, progress);
+    outputs.write_cells(&meshed)?;
+    outputs.finish(&meshed, "")?;
+    for warning in arguments.formats.merged(&mesh).into_iter().chain(outputs.written.warnings) {
         terminal::complain(&terminal::one_line(&format!("warning: {warning}")));
     }
-    if arguments.quiet || standard_streams::is_standard(&arguments.output) {
+    if arguments.quiet || outputs.has_standard_output {
         return Ok(());
     }
     let mut table = Table::default();
@@ -96,7 +91,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
         let [x, y, z] = left_out;
         table.line("left out", format!("{x}, {y} and {z} cells at the end of x, y and z, which do not fill a block"));
     }
-    for file in files {
+    for file in outputs.written.files {
         table.line("written", format!("{} ({})", file.path.display(), BinaryBytes(file.n_bytes)));
     }
     terminal::print(&table.finish())

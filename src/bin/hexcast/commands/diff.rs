@@ -6,12 +6,12 @@ use std::process::ExitCode;
 use hexcast::Result;
 use hexcast::control::{CancelToken, Control};
 use hexcast::difference::{Difference, difference};
-use hexcast::job::{ByteSize, ZarrJob};
+use hexcast::job::ByteSize;
 use hexcast::mesh::Mesh;
-use hexcast::write::zarr::Place;
 use indicatif::{BinaryBytes, HumanCount};
 
 use crate::files::{
+    output::Meshed,
     output_file::OutputFile,
     outputs::{FormatArguments, Outputs, Targets},
     reading::{check_columns, open_columns},
@@ -59,9 +59,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
     // first: a missing input is the more useful message
     inputs.iter().try_for_each(|input| check_columns(input))?;
     check_once(inputs.into_iter())?;
-    let meshes: &[PathBuf] = arguments.output.as_slice();
-    let zarr = ZarrJob::default();
-    let targets = Targets { meshes, doubt: None, report: None, zarr, is_part: false, has_archive: false };
+    let targets = Targets { meshes: arguments.output.as_slice(), ..Targets::default() };
     let mut outputs = Outputs::open(&targets, &arguments.formats, max_bytes)?;
     let mut control = Control::default();
     control.cancel = token.clone();
@@ -69,17 +67,15 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
     let [one, other] = inputs.map(|input| open_columns(input, max_bytes / 4));
     let (one, other) = (one?, other?);
     let found = difference(&one, &other, max_bytes / 4, &control)?;
-    if arguments.output.is_some() {
-        let place = Place::new(found.mask.lines().clone(), [0; 3]);
-        outputs.write(&found.mask, &place, None, &control, Progress::new(arguments.json))?;
-    }
-    let files = outputs.finish("")?;
+    let meshed = Meshed::new(&found.mask, &control, Progress::new(arguments.json));
+    outputs.write_cells(&meshed)?;
+    outputs.finish(&meshed, "")?;
     if arguments.json {
         // a struct of numbers always has a JSON form
         let json = serde_json::to_value(&found).unwrap_or_default();
         crate::screen::terminal::print_exact(&format!("{json:#}\n"))?;
     } else {
-        crate::screen::terminal::print(&in_words(&found, &one, &other, &files))?;
+        crate::screen::terminal::print(&in_words(&found, &one, &other, &outputs.written.files))?;
     }
     let is_same = found.cells == 0 && found.are_lines_equal;
     Ok(if is_same { ExitCode::SUCCESS } else { ExitCode::from(DIFFERS) })

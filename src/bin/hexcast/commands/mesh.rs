@@ -10,21 +10,19 @@ use hexcast::job::{Job, Names, RunJob};
 use hexcast::mesh::Mesh;
 use hexcast::pipeline::{self, Engine, MeshOptions, Prepared, SpillTarget};
 use hexcast::report::{CallerFacts, Report};
-use hexcast::sources::{Source, unit};
-use hexcast::write::zarr::Place;
+use hexcast::sources::Source;
 use hexcast::{Error, Result};
 
-use crate::commands::picture_outputs::{PictureArguments, Pictures};
+use crate::commands::picture_outputs::PictureArguments;
 use crate::files::{
-    measured::{Measured, MeasuredArguments},
+    measured::MeasuredArguments,
+    output::{Meshed, Written},
     outputs::{FormatArguments, Outputs, Targets},
     reading,
     spill::SpillArguments,
-    standard_streams,
 };
 use crate::options::{
     arguments::JobArguments,
-    format_arguments::exporter_of,
     job_options::{as_text, dump},
 };
 use crate::screen::{memory, progress::Progress, summary, terminal};
@@ -104,31 +102,31 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
     }
     let mut job = arguments.job.job()?;
     arguments.measured.ask(&mut job)?;
-    if Targets::has_zarr(&arguments.outputs) {
-        job.zarr = Some(job.zarr.unwrap_or_default());
+    let (doubt, report) = (arguments.doubt.as_deref(), arguments.report.as_deref());
+    let (zarr, is_part) = (job.zarr.unwrap_or_default(), job.part.is_some());
+    let has_archive = arguments.measured.has_archive();
+    let targets = Targets { meshes: &arguments.outputs, doubt, report, zarr, is_part, has_archive };
+    if targets.has_zarr() {
+        job.zarr = Some(zarr);
         if job.part.is_some() && job.halo.is_some() {
             let message = "halo and part are given with a Zarr store: a store has every cell once";
             return Err(Error::new("job-conflict", message, "leave out halo, or write another format"));
         }
     }
-    let (doubt, report) = (arguments.doubt.as_deref(), arguments.report.as_deref());
-    let (zarr, is_part) = (job.zarr.unwrap_or_default(), job.part.is_some());
-    let has_archive = arguments.measured.has_archive();
-    let targets = Targets { meshes: &arguments.outputs, doubt, report, zarr, is_part, has_archive };
-    if prints_file(arguments) && arguments.json {
+    if targets.uses_standard_output() && arguments.json {
         let message = "--json is given with an output that is -: both are standard output";
         return Err(Error::new("job-conflict", message, "use --report FILE for one of them"));
     }
     let max_bytes = job.max_memory.map_or(u64::MAX, |size| size.0);
-    let outputs = Outputs::open(&targets, &arguments.formats, max_bytes)?;
-    let measured = arguments.measured.open(&arguments.formats, (zarr, max_bytes))?;
-    let pictures = arguments.pictures.open(max_bytes)?;
+    let mut outputs = Outputs::open(&targets, &arguments.formats, max_bytes)?;
+    outputs.measured = arguments.measured.open(&arguments.formats, (zarr, max_bytes))?;
+    outputs.pictures = arguments.pictures.open(max_bytes)?;
     if arguments.formats.bits {
         check_single_flag(&job)?;
     }
     arguments.job.set_threads()?;
     let file = arguments.spill.open(&arguments.outputs)?;
-    let meshed = mesh_and_write(arguments, &job, (outputs, measured, pictures), file.target.clone(), token);
+    let meshed = mesh_and_write(arguments, &job, outputs, file.target.clone(), token);
     match &meshed {
         Ok(_) => file.remove(),
         Err(error) => file.keep_after(error),
@@ -141,21 +139,12 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
 fn mesh_and_write(
     arguments: &Arguments,
     job: &Job,
-    (mut outputs, mut measured, pictures): (Outputs, Measured, Pictures),
+    mut outputs: Outputs,
     spill: SpillTarget,
     token: &CancelToken,
 ) -> Result<bool> {
     let progress = Progress::new(arguments.quiet);
     let (mut engine, sources, read) = open_and_read(arguments, job, token, progress)?;
-    let (unit, unlike) = unit(job, &sources);
-    for (path, exporter) in arguments.outputs.iter().filter_map(|path| Some((path, exporter_of(path)?))) {
-        exporter.check_unit(unit.as_deref()).map_err(|error| match unlike.first() {
-            Some(why) if unit.is_none() => {
-                Error::new("export-unit", &why.sentence, "give --unit, and a scale to files in another")
-            }
-            _ => error.at(path.display()),
-        })?;
-    }
     let bar = progress.rays("mesh");
     let moved = bar.clone();
     let mut control = Control::with_progress(move |now| {
@@ -167,7 +156,6 @@ fn mesh_and_write(
     control.memory = memory::limit(u64::MAX);
     let facet_bytes = sources.iter().map(|source| 36 * source.contents.n_facets).sum();
     let program_bytes = memory::program_bytes_now(engine.adapter().is_some(), facet_bytes);
-    let pictures = pictures.beside_program(program_bytes);
     let spills = !matches!(spill, SpillTarget::None);
     let options = MeshOptions::default()
         .with_spill(spill)
@@ -177,11 +165,7 @@ fn mesh_and_write(
         .with_lone_report(arguments.report.is_none() && !arguments.json)
         .with_program_bytes(program_bytes)
         .with_max_device_bytes(arguments.job.max_device_memory.map(|size| size.0));
-    let check = |prepared: &Prepared| {
-        measured.check(prepared)?;
-        pictures.check(prepared, spills)?;
-        outputs.check(job, prepared)
-    };
+    let check = |prepared: &Prepared| outputs.check(job, prepared, (spills, program_bytes));
     let meshed = pollster::block_on(pipeline::mesh_if(job, sources, (&options, &check), &mut engine, &control));
     bar.finish_and_clear();
     let (mesh, facts) = meshed?;
@@ -190,58 +174,44 @@ fn mesh_and_write(
 
     let flags = arguments.flags_in_memory.then(|| timed(|| expand_all(&mesh))).transpose()?;
     // a `.raw` is hashed as it is written
-    let hashes_first = arguments.formats.hash.is_some() && !outputs.will_hash();
+    let hashes_first = arguments.formats.hash.is_some() && !outputs.will_hash;
     let hashed =
         hashes_first.then(|| timed(|| mesh.flags_sha256_in_slabs(outputs.slab_bytes, &control))).transpose()?;
-    let writes = outputs.n_meshes() > 0;
-    let first = facts.window.as_ref().map_or([0; 3], |window| window.first);
-    let is_part = job.part.is_some();
-    let place = if is_part { Place::new(facts.whole.clone(), first) } else { Place::new(mesh.lines().clone(), [0; 3]) };
-    let doubt = facts.doubt.as_ref();
-    let written = writes.then(|| timed(|| outputs.write(&mesh, &place, doubt, &control, progress))).transpose()?;
+    let (mesh, control) = (&mesh, &control);
+    let held_bytes = program_bytes + mesh.columns().n_bytes();
+    let meshed = Meshed { mesh, facts: Some(&facts), held_bytes, control, progress };
+    let writes = !outputs.cells.is_empty();
+    let written = writes.then(|| timed(|| outputs.write_cells(&meshed))).transpose()?;
     let (sha256, hash) = hashed.unzip();
     let caller = CallerFacts::default()
         .with_read(read)
         .with_flags(flags.map(|(_, seconds)| seconds))
         .with_hash(hash)
         .with_write(written.map(|(_, seconds)| seconds))
-        .with_flags_sha256(sha256.or(outputs.flags_sha256.take()))
+        .with_flags_sha256(sha256.or(outputs.written.flags_sha256.take()))
         .with_host_bytes(memory::peak_bytes());
-    measured.write(&mesh, &facts, &control)?;
     let report = Report::new(facts, caller);
-    control.check()?;
-    let mut files = outputs.finish(&format!("{}\n", report.to_json()))?;
-    files.extend(measured.finish()?);
-
+    let text = format!("{}\n", report.to_json());
+    let meshed = Meshed { mesh, facts: Some(&report.mesh), held_bytes, control, progress };
+    outputs.finish(&meshed, &text)?;
     // after all else is in its place: a picture that fails leaves it there, with all that is to be said of it
-    let drawn = pictures.write(&mesh, &control);
-    let (drawn, mut of_outputs, failed) = match drawn {
-        Ok((drawn, of_outputs)) => (drawn, of_outputs, None),
-        Err(error) => (Vec::new(), Vec::new(), Some(error)),
-    };
-    files.extend(drawn);
-    of_outputs.extend(arguments.formats.merged(&mesh));
+    let drawn = outputs.draw(&meshed);
+    let Outputs { written: Written { files, mut warnings, .. }, has_standard_output, .. } = outputs;
+    warnings.extend(arguments.formats.merged(mesh));
 
-    let n_warnings = warn(&report, of_outputs, arguments.strict);
+    let n_warnings = warn(&report, &warnings, arguments.strict);
     if arguments.json {
-        terminal::print_exact(&format!("{}\n", report.to_json()))?;
-    } else if !arguments.quiet && !prints_file(arguments) {
+        terminal::print_exact(&text)?;
+    } else if !arguments.quiet && !has_standard_output {
         let shown = summary::Shown { ends: job.max_cell_size.is_some(), verbose: arguments.verbose };
         terminal::print(&summary::of_mesh(&report, engine.is_software(), &files, shown))?;
     }
-    failed.map_or(Ok(n_warnings > 0), Err)
-}
-
-/// Whether standard output is a file's, so that nothing else may be printed there.
-fn prints_file(arguments: &Arguments) -> bool {
-    let paths = arguments.outputs.iter().map(PathBuf::as_path);
-    paths.chain(arguments.doubt.as_deref()).chain(arguments.report.as_deref()).any(standard_streams::is_standard)
+    drawn.map(|()| n_warnings > 0)
 }
 
 /// Prints the warnings of the mesh and of outputs, and returns how many there are.
-fn warn(report: &Report, of_outputs: Vec<String>, is_strict: bool) -> usize {
+fn warn(report: &Report, warnings: &[String], is_strict: bool) -> usize {
     report.mesh.findings.iter().for_each(terminal::warn_of);
-    let warnings = of_outputs;
     warnings.iter().for_each(|warning| terminal::complain(&terminal::one_line(&format!("warning: {warning}"))));
     let n = report.mesh.findings.len() + warnings.len();
     if is_strict && n > 0 {

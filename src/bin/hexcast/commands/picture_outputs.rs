@@ -2,17 +2,17 @@
 
 use std::path::Path;
 
-use hexcast::control::Control;
-use hexcast::estimate::Estimate;
 use hexcast::job::{PlaceJob, RunJob, Several, SliceJob, ViewJob};
 use hexcast::lines::Lines;
-use hexcast::mesh::Mesh;
 use hexcast::picture::{Look, Place, Slices, View, slices, view};
-use hexcast::pipeline::Prepared;
 use hexcast::{Error, Result};
 
 use crate::commands::pictures::{axis, check_ending, flag_colour};
-use crate::files::output_file::{OutputFile, PendingFile};
+use crate::files::{
+    disk::Planned,
+    output::{Asked, List, Meshed, Output, Written},
+    output_file::PendingFile,
+};
 
 /// Pictures that are drawn of the mesh.
 #[derive(clap::Args)]
@@ -34,14 +34,14 @@ enum Wanted {
     View(View),
 }
 
-/// Files for pictures, opened before the long work starts.
-pub(crate) struct Pictures {
-    files: Vec<(PendingFile, Wanted)>,
+/// A picture to be drawn.
+struct PictureOutput {
+    wanted: Wanted,
+    file: PendingFile,
+    is_drawn: bool,
+    /// Memory for it and the columns.
     max_bytes: u64,
 }
-
-/// Share of the columns that they may take beyond their estimate.
-const BEYOND_ESTIMATE: u64 = 4;
 
 impl PictureArguments {
     /// Puts the pictures into a job file.
@@ -51,10 +51,10 @@ impl PictureArguments {
     }
 
     /// Opens the files.
-    pub(crate) fn open(&self, max_bytes: u64) -> Result<Pictures> {
+    pub(crate) fn open(&self, max_bytes: u64) -> Result<List> {
         let slices = self.slice.iter().map(|job| ("slice", &job.output, of_slice(job)));
         let views = self.view.iter().map(|job| ("view", &job.output, of_view(job)));
-        let open = |(key, output, wanted): (&str, &String, Result<Wanted>)| {
+        let open = |(key, output, wanted): (&str, &String, Result<Wanted>)| -> Result<Box<dyn Output>> {
             if output.is_empty() {
                 let message = format!("a {key} is asked for without the name of its file");
                 return Err(Error::new(
@@ -66,62 +66,50 @@ impl PictureArguments {
             let path = Path::new(output);
             check_ending(path)?;
             let wanted = wanted.map_err(|error| error.at(path.display()))?;
-            Ok((PendingFile::open(path)?, wanted))
+            Ok(Box::new(PictureOutput { wanted, file: PendingFile::open(path)?, is_drawn: false, max_bytes }))
         };
-        Ok(Pictures { files: slices.chain(views).map(open).collect::<Result<_>>()?, max_bytes })
+        slices.chain(views).map(open).collect()
     }
 }
 
-impl Pictures {
-    /// Has the program take some of the memory.
-    pub(crate) fn beside_program(self, program_bytes: u64) -> Pictures {
-        Pictures { max_bytes: self.max_bytes.saturating_sub(program_bytes), ..self }
+impl Output for PictureOutput {
+    /// Refuses also what does not fit beside the columns of the mesh.
+    fn check(&self, asked: &Asked) -> Result<Option<Planned>> {
+        let (lines, max_bytes) = (&asked.lines, self.max_bytes.saturating_sub(asked.held_bytes));
+        let checked = match &self.wanted {
+            Wanted::Slices { .. } => self.wanted.slices(lines, max_bytes).and_then(|slices| slices.check(lines)),
+            Wanted::View(_) => self.wanted.view(max_bytes).check(lines.dims()),
+        };
+        checked.map(|()| None).map_err(|error| error.at(self.file.path.display()))
     }
 
-    /// Refuses what is known to be wrong with a picture before the mesh is made, and what does not fit beside its columns, unless these spill.
-    pub(crate) fn check(&self, prepared: &Prepared, spills: bool) -> Result<()> {
-        if self.files.is_empty() {
-            return Ok(());
-        }
-        let Prepared { geometries, lines, rays, .. } = prepared;
-        let column_bytes = if spills { 0 } else { Estimate::new(geometries, lines, rays).column_bytes };
-        let max_bytes = self.max_bytes.saturating_sub(column_bytes + column_bytes / BEYOND_ESTIMATE);
-        let lines = &prepared.mesh_lines();
-        self.files.iter().try_for_each(|(file, wanted)| {
-            let checked = match wanted {
-                Wanted::Slices { .. } => wanted.slices(lines, max_bytes).and_then(|slices| slices.check(lines)),
-                Wanted::View(_) => wanted.view(max_bytes).check(lines.dims()),
-            };
-            checked.map_err(|error| error.at(file.path.display()))
-        })
-    }
-
-    /// Draws all pictures, and puts them in their places. A view in which no cell is seen is not written, and a warning says so.
-    pub(crate) fn write(self, mesh: &Mesh, control: &Control) -> Result<(Vec<OutputFile>, Vec<String>)> {
-        let max_bytes = self.max_bytes.saturating_sub(mesh.columns().n_bytes());
-        let (mut written, mut warnings) = (Vec::new(), Vec::new());
-        for (mut file, wanted) in self.files {
-            let drawn = match &wanted {
-                Wanted::Slices { .. } => {
-                    wanted.slices(mesh.lines(), max_bytes).and_then(|planes| slices(mesh, &planes, control))
-                }
-                Wanted::View(_) => view(mesh, &wanted.view(max_bytes), control),
-            };
-            let path = file.path.clone();
-            match drawn.and_then(|picture| picture.png()) {
-                Ok(png) => {
-                    file.put(&png)?;
-                    file.persist()?;
-                    written.push(OutputFile { path, n_bytes: png.len() as u64 });
-                }
-                // all else that is wrong with a view was refused before
-                Err(error) if error.code() == "job-value" => {
-                    warnings.push(format!("{} is not written: {error}", path.display()));
-                }
-                Err(error) => return Err(error.at(path.display())),
+    /// A view in which no cell is seen is not written, and a warning says so.
+    fn write(&mut self, meshed: &Meshed, written: &mut Written) -> Result<()> {
+        let &Meshed { mesh, control, .. } = meshed;
+        let max_bytes = self.max_bytes.saturating_sub(meshed.held_bytes);
+        let drawn = match &self.wanted {
+            Wanted::Slices { .. } => {
+                self.wanted.slices(mesh.lines(), max_bytes).and_then(|planes| slices(mesh, &planes, control))
             }
+            Wanted::View(_) => view(mesh, &self.wanted.view(max_bytes), control),
+        };
+        match drawn.and_then(|picture| picture.png()) {
+            Ok(png) => {
+                self.file.put(&png)?;
+                self.is_drawn = true;
+                written.files.push(self.file.of_bytes(png.len() as u64));
+            }
+            // all else that is wrong with a view was refused before
+            Err(error) if error.code() == "job-value" => {
+                written.warnings.push(format!("{} is not written: {error}", self.file.path.display()));
+            }
+            Err(error) => return Err(error.at(self.file.path.display())),
         }
-        Ok((written, warnings))
+        Ok(())
+    }
+
+    fn finish(self: Box<Self>) -> Result<()> {
+        if self.is_drawn { self.file.persist() } else { Ok(()) }
     }
 }
 

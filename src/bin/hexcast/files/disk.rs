@@ -15,29 +15,31 @@ pub(crate) struct Planned {
     pub(crate) n_bytes: u64,
 }
 
-/// Checks that every disk has room for all outputs on it. A disk that does not say what is free is trusted.
+/// Checks that every disk has room for all outputs on it, after each has said whether it can be written: whose sizes are those that are planned, or `" at least"` those. A disk that does not
+/// say what is free is trusted.
 ///
 /// # Errors
 /// `io`, with the bytes needed, free and missing.
-pub(crate) fn check_room(outputs: &[Planned]) -> Result<()> {
+pub(crate) fn check_room(outputs: impl Iterator<Item = Result<Option<Planned>>>, least: &str) -> Result<()> {
+    let outputs = outputs.collect::<Result<Vec<_>>>()?;
     let mut disks: Vec<(Disk, Vec<&Planned>)> = Vec::new();
-    for output in outputs {
+    for output in outputs.iter().flatten() {
         let Some(disk) = disk_of(&output.folder) else { continue };
         match disks.iter_mut().find(|(other, _)| other.id == disk.id) {
             Some((_, outputs)) => outputs.push(output),
             None => disks.push((disk, vec![output])),
         }
     }
-    disks.iter().try_for_each(|(disk, outputs)| check_disk(disk.n_free, outputs))
+    disks.iter().try_for_each(|(disk, outputs)| check_disk(disk.n_free, outputs, least))
 }
 
-fn check_disk(n_free: u64, outputs: &[&Planned]) -> Result<()> {
+fn check_disk(n_free: u64, outputs: &[&Planned], least: &str) -> Result<()> {
     let needed = outputs.iter().fold(0u64, |sum, output| sum.saturating_add(output.n_bytes));
     let Some(missing @ 1..) = needed.checked_sub(n_free) else { return Ok(()) };
     let names: Vec<String> = outputs.iter().map(|output| output.path.display().to_string()).collect();
     let takes = if names.len() == 1 { "takes" } else { "take" };
     let message = format!(
-        "{} {takes} {needed} bytes, and the disk has {n_free} free: {missing} bytes are missing",
+        "{} {takes} {needed} bytes{least}, and the disk has {n_free} free: {missing} bytes are missing",
         names.join(" and ")
     );
     let hint =
@@ -72,14 +74,15 @@ mod tests {
     #[test]
     fn outputs_of_one_disk_are_summed() {
         let planned = |name: &str, n_bytes| Planned { path: name.into(), folder: ".".into(), n_bytes };
+        let room = |all: Vec<Planned>| check_room(all.into_iter().map(|one| Ok(Some(one))), "");
         let (a, b) = (planned("a.raw", 700), planned("b.npy", 301));
-        assert_eq!(check_disk(1001, &[&a, &b]), Ok(()));
-        let error = check_disk(1000, &[&a, &b]).unwrap_err();
+        assert_eq!(check_disk(1001, &[&a, &b], ""), Ok(()));
+        let error = check_disk(1000, &[&a, &b], "").unwrap_err();
         assert_eq!((error.code(), error.to_string().contains("take 1001 bytes")), ("io", true), "{error}");
         assert!(error.to_string().ends_with("the disk has 1000 free: 1 bytes are missing"), "{error}");
-        assert!(check_room(&[planned("a.raw", 1)]).is_ok());
+        assert!(room([planned("a.raw", 1)].into()).is_ok());
         #[cfg(unix)]
-        assert!(check_room(&[planned("a.raw", u64::MAX), planned("b.raw", u64::MAX)]).is_err());
-        assert!(check_room(&[Planned { folder: "no such folder".into(), ..planned("a.raw", u64::MAX) }]).is_ok());
+        assert!(room([planned("a.raw", u64::MAX), planned("b.raw", u64::MAX)].into()).is_err());
+        assert!(room([Planned { folder: "no such folder".into(), ..planned("a.raw", u64::MAX) }].into()).is_ok());
     }
 }

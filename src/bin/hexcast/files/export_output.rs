@@ -3,20 +3,25 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use hexcast::control::Control;
 use hexcast::export::{ExportOptions, Exporter, Files, exact_size, export};
 use hexcast::files::place::{ExportPlace, refused};
 use hexcast::geometry::Geometry;
-use hexcast::job::Job;
 use hexcast::mesh::{Mesh, Named};
 use hexcast::pipeline::Prepared;
+use hexcast::walls;
 use hexcast::{Error, Result};
 use indicatif::ProgressBar;
 
-use crate::files::{disk::Planned, ledger::Output, output_file::OutputFile, temporary};
-use crate::screen::progress::{Counted, Progress};
+use crate::files::{
+    disk::Planned,
+    ledger,
+    output::{Asked, Meshed, Output, Written},
+    output_file::OutputFile,
+    temporary,
+};
+use crate::screen::progress::Counted;
 
-/// Files being written; nothing is left where this is dropped before [`ExportOutput::finish`].
+/// Files being written.
 pub(crate) struct ExportOutput {
     /// The name that the caller gave.
     path: PathBuf,
@@ -26,7 +31,7 @@ pub(crate) struct ExportOutput {
     folder: PathBuf,
     name: String,
     /// The files by name.
-    outputs: Vec<(String, Output)>,
+    outputs: Vec<(String, ledger::Output)>,
     temporary: temporary::Folder,
 }
 
@@ -34,40 +39,15 @@ impl ExportOutput {
     /// Opens a temporary folder, and enters all files.
     pub(crate) fn open(path: &Path, exporter: Exporter, options: ExportOptions) -> Result<ExportOutput> {
         let ExportPlace { folder, name, files, .. } = ExportPlace::of(path, exporter)?;
-        let output = |file: String| Ok((file.clone(), Output::file_of(path, folder.join(file))?));
+        let output = |file: String| Ok((file.clone(), ledger::Output::file_of(path, folder.join(file))?));
         let outputs = files.into_iter().map(output).collect::<Result<_>>()?;
         let temporary = temporary::Folder::beside(&folder.join(&name), &folder);
         let temporary = temporary.map_err(|error| refused(path, &folder, &error))?;
         Ok(ExportOutput { path: path.into(), exporter, options, folder, name, outputs, temporary })
     }
 
-    /// Refuses what is known before the mesh is made: cells, flags and substances that cannot be exported.
-    pub(crate) fn check(&self, job: &Job, prepared: &Prepared) -> Result<()> {
-        let mut flags: Vec<u8> = prepared.geometries.iter().map(|geometry| geometry.flag).chain([0]).collect();
-        match (job.close_gaps, job.gap_flag) {
-            (None, _) => {}
-            (_, Some(flag)) => flags.push(flag),
-            // one that no geometry has
-            _ => flags.extend(1..=u8::MAX),
-        }
-        flags.sort_unstable();
-        flags.dedup();
-        let refused = self.exporter.check_lines(&prepared.lines);
-        let refused = refused.and_then(|()| self.exporter.check_flags(&self.options, &flags));
-        let refused =
-            refused.and_then(|()| self.exporter.check_materials(&self.options, &prepared.names, &with_cells(prepared)));
-        refused.map_err(|error| error.at(self.path.display()))
-    }
-
-    /// Checks that the mesh can be exported, and says how many bytes that takes where it is known.
-    pub(crate) fn plan(&self, mesh: &Mesh) -> Result<Option<Planned>> {
-        self.exporter.check(mesh, &self.options).map_err(|error| error.at(self.path.display()))?;
-        let n_bytes = exact_size(mesh, self.exporter, &self.options);
-        Ok(n_bytes.map(|n_bytes| Planned { path: self.path.clone(), folder: self.folder.clone(), n_bytes }))
-    }
-
     /// Says of each conductor that the files lack that they do.
-    pub(crate) fn lost_conductors(&self, mesh: &Mesh) -> Vec<String> {
+    fn lost_conductors(&self, mesh: &Mesh) -> Vec<String> {
         let said = |named: &Named| {
             format!(
                 "{}: flag {} (\"{}\"), a perfect conductor, is not in it: it has no cell, and column files have no faces of geometries without \
@@ -80,30 +60,75 @@ impl ExportOutput {
         self.exporter.lost_conductors(mesh, &self.options).into_iter().map(said).collect()
     }
 
-    /// Writes the mesh.
-    pub(crate) fn write(&mut self, mesh: &Mesh, control: &Control, progress: Progress) -> Result<Vec<OutputFile>> {
+    /// Refuses a unit that the program does not know; where files disagree, that is why there is none.
+    fn check_unit(&self, Prepared { unit, notices, .. }: &Prepared) -> Result<()> {
+        let unlike = notices.iter().find(|finding| unit.is_none() && finding.code == "unit-differs");
+        self.exporter.check_unit(unit.as_deref()).map_err(|error| match unlike {
+            Some(why) => Error::new("export-unit", &why.sentence, "give --unit, and a scale to files in another"),
+            None => self.at(error),
+        })
+    }
+
+    fn at(&self, error: Error) -> Error {
+        error.at(self.path.display())
+    }
+
+    fn of_bytes(&self, n_bytes: u64) -> Planned {
+        Planned { path: self.path.clone(), folder: self.folder.clone(), n_bytes }
+    }
+}
+
+impl Output for ExportOutput {
+    fn check(&self, asked: &Asked) -> Result<Option<Planned>> {
+        let Asked { job, prepared, .. } = asked;
+        let mut flags: Vec<u8> = prepared.geometries.iter().map(|geometry| geometry.flag).chain([0]).collect();
+        match (job.close_gaps, job.gap_flag) {
+            (None, _) => {}
+            (_, Some(flag)) => flags.push(flag),
+            // one that no geometry has
+            _ => flags.extend(1..=u8::MAX),
+        }
+        flags.sort_unstable();
+        flags.dedup();
+        let (exporter, options) = (self.exporter, &self.options);
+        self.check_unit(prepared)?;
+        let known = || {
+            exporter.check_lines(&asked.lines)?;
+            exporter.check_flags(options, &flags)?;
+            exporter.check_materials(options, &prepared.names, &with_cells(prepared))?;
+            exporter.check_patches(options, &walls::names(&prepared.geometries).0)
+        };
+        known().map_err(|error| self.at(error))?;
+        Ok(exporter.least_size(&asked.lines, options).map(|n_bytes| self.of_bytes(n_bytes)))
+    }
+
+    fn plan(&self, meshed: &Meshed) -> Result<Option<Planned>> {
+        self.exporter.check(meshed.mesh, &self.options).map_err(|error| self.at(error))?;
+        Ok(exact_size(meshed.mesh, self.exporter, &self.options).map(|n_bytes| self.of_bytes(n_bytes)))
+    }
+
+    fn write(&mut self, meshed: &Meshed, written: &mut Written) -> Result<()> {
+        let Meshed { mesh, facts, control, progress, .. } = meshed;
+        if facts.is_none() {
+            written.warnings.extend(self.lost_conductors(mesh));
+        }
         let bar = progress.bytes("write", exact_size(mesh, self.exporter, &self.options));
         let mut folder = Counting { folder: &self.temporary, bar: bar.clone() };
         let done = export(mesh, self.exporter, &self.name, &self.options, &mut folder, control);
         bar.finish_and_clear();
-        done.map_err(|error| error.at(self.path.display()))?;
-        let file = |name: String| {
-            let n_bytes = self.temporary.path(&name).metadata().map(|metadata| metadata.len());
-            let path = self.folder.join(&name);
+        done.map_err(|error| self.at(error))?;
+        for name in self.exporter.file_names(&self.name) {
+            let metadata = self.temporary.path(&name).metadata();
+            let failed = |error| Error::io(format!("writing {}", self.path.display()), error);
+            let (path, n_bytes) = (self.folder.join(name), metadata.map_err(failed)?.len());
             let path = path.strip_prefix(".").map(Path::to_path_buf).unwrap_or(path);
-            n_bytes.map(|n_bytes| OutputFile { path, n_bytes })
-        };
-        let files = self.exporter.file_names(&self.name).into_iter().map(file).collect::<std::io::Result<_>>();
-        files.map_err(|error| self.failed(error))
+            written.files.push(OutputFile { path, n_bytes });
+        }
+        Ok(())
     }
 
-    /// Puts all files in their places.
-    pub(crate) fn finish(self) -> Result<()> {
+    fn finish(self: Box<Self>) -> Result<()> {
         self.outputs.iter().try_for_each(|(name, output)| output.put_path(&self.temporary.path(name)))
-    }
-
-    fn failed(&self, error: std::io::Error) -> Error {
-        Error::io(format!("writing {}", self.path.display()), error)
     }
 }
 

@@ -1,25 +1,21 @@
 //! Outputs of what is measured at surfaces: links, and fractions of cells; and staggered grids.
 
-use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use hexcast::control::Control;
 use hexcast::export::write_links_hdf5;
 use hexcast::job::{Axis, Job, RunJob, Stencil, ZarrJob};
-use hexcast::links::Links;
-use hexcast::mesh::Mesh;
-use hexcast::pipeline::Prepared;
 use hexcast::report::MeshFacts;
 use hexcast::write::{
-    Compress, Format, LinksFormat, Options, check_lines, write_fractions, write_links, write_solid, write_staggered,
-    zarr,
+    Compress, Format, LinksFormat, Options, write_fractions, write_links, write_solid, write_staggered,
 };
 use hexcast::{Error, Result};
 
 use crate::files::{
-    output_file::{OutputFile, PendingFile},
-    place_of_store::is_s3,
-    zarr_folder::ZarrFolder,
+    cells_file::check_cells,
+    disk::Planned,
+    output::{Asked, List, Meshed, Output, Written},
+    output_file::PendingFile,
+    zarr_output::ZarrOutput,
 };
 use crate::options::{
     arguments::{choice, number},
@@ -67,13 +63,23 @@ pub(crate) struct MeasuredArguments {
     conductors: Option<Vec<u8>>,
 }
 
-/// Files for what is measured, opened before the long work starts; none is left where this is dropped before [`Measured::finish`].
-pub(crate) struct Measured {
-    links: Option<(PendingFile, Option<LinksFormat>)>,
-    fractions: Option<FractionsFile>,
-    staggered: Option<PendingFile>,
+/// A file of what is measured.
+struct MeasuredFile {
+    what: What,
+    file: PendingFile,
     options: Options,
-    written: Vec<OutputFile>,
+}
+
+/// What a file holds.
+#[derive(Clone, Copy)]
+enum What {
+    /// Links, without a format as HDF5.
+    Links(Option<LinksFormat>),
+    /// An entry for each flag of each cell that is cut.
+    Fractions,
+    /// One number for every cell.
+    Solid(Format),
+    Staggered,
 }
 
 /// The format of a file of links, by its name; None is HDF5.
@@ -83,28 +89,6 @@ fn links_format(path: &Path) -> Result<Option<LinksFormat>> {
         return Ok(None);
     }
     LinksFormat::of_name(&path.to_string_lossy()).map(Some)
-}
-
-/// Writes links; without a format as HDF5, at the place of the file.
-fn put_links(file: &PendingFile, format: Option<LinksFormat>, links: &Links, compress: Compress) -> Result<OutputFile> {
-    let Some(format) = format else {
-        let failed = |error: Error| error.at(file.path.display());
-        write_links_hdf5(links, file.temporary.path(), compress).map_err(failed)?;
-        let metadata = std::fs::metadata(file.temporary.path());
-        let n_bytes = metadata.map_err(|error| failed(Error::io("reading its size", error)))?.len();
-        return Ok(OutputFile { path: file.path.clone(), n_bytes });
-    };
-    put(file, |out| write_links(links, format, compress, out))
-}
-
-/// Where fractions go.
-enum FractionsFile {
-    /// An entry for each flag of each cell that is cut.
-    Sparse(PendingFile),
-    /// One number for every cell.
-    Dense(PendingFile, Format),
-    /// The same in a store.
-    Store(Box<(ZarrFolder, Options)>),
 }
 
 /// The format of a file of fractions, by its name; [`Format::Npz`] is that of the fractions of each flag.
@@ -118,20 +102,6 @@ fn fractions_format(path: &Path) -> Result<Format> {
                 message,
                 "use .npz for those of each flag, or .vti, .vtr, .npy, .zarr or .zarr.zip",
             ))
-        }
-    }
-}
-
-impl FractionsFile {
-    fn open(path: &Path, store: Options) -> Result<FractionsFile> {
-        match fractions_format(path)? {
-            Format::Npz => Ok(FractionsFile::Sparse(PendingFile::open(path)?)),
-            Format::Zarr if is_s3(path) => {
-                let message = format!("{}: fractions of cells are not written to a bucket", path.display());
-                Err(Error::new("job-value", message, "write a folder, and copy it"))
-            }
-            Format::Zarr => Ok(FractionsFile::Store(Box::new((ZarrFolder::open(path)?, store)))),
-            format => Ok(FractionsFile::Dense(PendingFile::open(path)?, format)),
         }
     }
 }
@@ -178,79 +148,66 @@ impl MeasuredArguments {
     }
 
     /// Opens the files.
-    pub(crate) fn open(&self, formats: &FormatArguments, (zarr, max_bytes): (ZarrJob, u64)) -> Result<Measured> {
-        let links = self.links.as_ref().map(|path| Ok((PendingFile::open(path)?, links_format(path)?))).transpose()?;
-        let store = formats.zarr_options(max_bytes).with_zarr(zarr);
-        let fractions = self.fractions.as_ref().map(|path| FractionsFile::open(path, store));
-        let staggered = self.staggered.as_ref().map(|path| {
+    pub(crate) fn open(&self, formats: &FormatArguments, (zarr, max_bytes): (ZarrJob, u64)) -> Result<List> {
+        let options = formats.zarr_options(max_bytes).with_zarr(zarr);
+        let mut all: List = Vec::new();
+        let file = |path: &Path, what| Ok(Box::new(MeasuredFile { what, file: PendingFile::open(path)?, options }));
+        if let Some(path) = &self.links {
+            all.push(file(path, What::Links(links_format(path)?))?);
+        }
+        if let Some(path) = &self.fractions {
+            match fractions_format(path)? {
+                Format::Zarr => all.push(Box::new(ZarrOutput::of_fractions(path, options)?)),
+                Format::Npz => all.push(file(path, What::Fractions)?),
+                format => all.push(file(path, What::Solid(format))?),
+            }
+        }
+        if let Some(path) = &self.staggered {
             if !path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("npz")) {
                 let message = format!("{}: a staggered grid is written as .npz", path.display());
                 return Err(Error::new("job-value", message, "use .npz"));
             }
-            PendingFile::open(path)
-        });
-        Ok(Measured {
-            links,
-            fractions: fractions.transpose()?,
-            staggered: staggered.transpose()?,
-            options: store,
-            written: Vec::new(),
-        })
+            all.push(file(path, What::Staggered)?);
+        }
+        Ok(all)
     }
 }
 
-impl Measured {
-    /// Refuses what is known to be wrong with a file before the mesh is made.
-    pub(crate) fn check(&self, prepared: &Prepared) -> Result<()> {
-        let Some(FractionsFile::Dense(file, format)) = &self.fractions else { return Ok(()) };
-        check_lines(&prepared.lines, *format).map_err(|error| error.at(file.path.display()))
+impl Output for MeasuredFile {
+    fn check(&self, asked: &Asked) -> Result<Option<Planned>> {
+        let What::Solid(format) = self.what else { return Ok(None) };
+        check_cells(&self.file, asked, (format, &self.options)).map(|()| None)
     }
 
-    /// Writes what was measured.
-    pub(crate) fn write(&mut self, mesh: &Mesh, facts: &MeshFacts, control: &Control) -> Result<()> {
-        let compress = self.options.compress;
-        if let Some(((file, format), links)) = self.links.as_ref().zip(facts.links.as_ref()) {
-            self.written.push(put_links(file, *format, links, compress)?);
-        }
-        if let Some((file, fractions)) = self.fractions.as_mut().zip(facts.fractions.as_ref()) {
-            self.written.push(match file {
-                FractionsFile::Sparse(file) => put(file, |out| write_fractions(fractions, compress, out))?,
-                FractionsFile::Dense(file, format) => {
-                    let compress = if *format == Format::Npy { Compress::None } else { compress };
-                    let options = self.options.with_compress(compress);
-                    put(file, |out| write_solid(mesh, fractions, (*format, &options), out, control))?
-                }
-                FractionsFile::Store(of_store) => {
-                    let (folder, options) = &mut **of_store;
-                    folder.put(|set| zarr::write_solid(mesh, fractions, options, set, control))?
-                }
-            });
-        }
-        if let Some((file, staggered)) = self.staggered.as_ref().zip(facts.staggered.as_ref()) {
-            self.written.push(put(file, |out| write_staggered(staggered, mesh, compress, out))?);
-        }
+    fn write(&mut self, meshed: &Meshed, written: &mut Written) -> Result<()> {
+        let (mesh, compress, file) = (meshed.mesh, self.options.compress, &self.file);
+        let Some(MeshFacts { links, fractions, staggered, .. }) = meshed.facts else { return Ok(()) };
+        let n_bytes = match (self.what, links, fractions, staggered) {
+            (What::Links(None), Some(links), ..) => {
+                let place = file.temporary.path();
+                let size = || std::fs::metadata(place).map_err(|error| Error::io("reading its size", error));
+                let written = write_links_hdf5(links, place, compress).and_then(|()| size());
+                written.map_err(|error| error.at(file.path.display()))?.len()
+            }
+            (What::Links(Some(format)), Some(links), ..) => {
+                file.fill(|out| write_links(links, format, compress, out))?
+            }
+            (What::Fractions, _, Some(fractions), _) => file.fill(|out| write_fractions(fractions, compress, out))?,
+            (What::Solid(format), _, Some(fractions), _) => {
+                let compress = if format == Format::Npy { Compress::None } else { compress };
+                let options = self.options.with_compress(compress);
+                file.fill(|out| write_solid(mesh, fractions, (format, &options), out, meshed.control))?
+            }
+            (What::Staggered, .., Some(staggered)) => {
+                file.fill(|out| write_staggered(staggered, mesh, compress, out))?
+            }
+            _ => return Ok(()),
+        };
+        written.files.push(file.of_bytes(n_bytes));
         Ok(())
     }
 
-    /// Puts the files in their places.
-    pub(crate) fn finish(self) -> Result<Vec<OutputFile>> {
-        let fractions = match self.fractions {
-            Some(FractionsFile::Store(of_store)) => {
-                of_store.0.finish()?;
-                None
-            }
-            Some(FractionsFile::Sparse(file) | FractionsFile::Dense(file, _)) => Some(file),
-            None => None,
-        };
-        let links = self.links.map(|(file, _)| file);
-        [links, fractions, self.staggered].into_iter().flatten().try_for_each(PendingFile::persist)?;
-        Ok(self.written)
+    fn finish(self: Box<Self>) -> Result<()> {
+        self.file.persist()
     }
-}
-
-fn put(file: &PendingFile, write: impl FnOnce(&mut dyn Write) -> Result<u64>) -> Result<OutputFile> {
-    let mut out = BufWriter::with_capacity(1 << 20, file.temporary.as_file());
-    let path = file.path.clone();
-    let n_bytes = write(&mut out).map_err(|error| error.at(path.display().to_string()))?;
-    Ok(OutputFile { path, n_bytes })
 }

@@ -1,6 +1,6 @@
 //! One output file: written to a temporary file beside its target, and given its name at the end.
 
-use std::io::{Seek, Write};
+use std::io::{BufWriter, Seek, Write};
 use std::path::{Path, PathBuf};
 
 use hexcast::files::place::{folder_of, refused};
@@ -48,6 +48,17 @@ impl PendingFile {
     pub(crate) fn put(&mut self, bytes: impl AsRef<[u8]>) -> Result<()> {
         let outcome = self.temporary.write_all(bytes.as_ref());
         outcome.map_err(|error| Error::io(format!("writing {}", self.path.display()), error))
+    }
+
+    /// Writes what `write` does, through a buffer.
+    pub(crate) fn fill<T>(&self, write: impl FnOnce(&mut dyn Write) -> Result<T>) -> Result<T> {
+        let mut out = BufWriter::with_capacity(1 << 20, self.temporary.as_file());
+        write(&mut out).map_err(|error| error.at(self.path.display()))
+    }
+
+    /// The file as one of so many bytes that was written.
+    pub(crate) fn of_bytes(&self, n_bytes: u64) -> OutputFile {
+        OutputFile { path: self.path.clone(), n_bytes }
     }
 
     /// Gives the file its name, or prints it.

@@ -1,33 +1,31 @@
-//! Output files and folders: checked before the long work starts, written to a temporary file beside the target, and put in place at
-//! the end, so that no half file is ever seen under the target's name.
+//! All outputs of a command: opened before the long work starts, and driven in one order, so that no half file is ever seen under a target's name.
 
-use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 use hexcast::Result;
-use hexcast::control::Control;
-use hexcast::estimate::slab_bytes;
+use hexcast::estimate::{Estimate, slab_bytes};
 use hexcast::export::Exporter;
 use hexcast::job::{Job, ZarrJob};
-use hexcast::mesh::Mesh;
 use hexcast::pipeline::Prepared;
-use hexcast::shards::Shards;
-use hexcast::write::zarr::Place;
-use hexcast::write::{Format, Options, check_lines, exact_size, sidecar_json, write};
+use hexcast::write::Format;
 
 use crate::files::{
-    disk::{Planned, check_room},
+    cells_file::CellsFile,
+    disk::check_room,
     export_output::ExportOutput,
-    output_file::{OutputFile, PendingFile, with_ending},
+    output::{Asked, List, Meshed, Written},
+    output_file::PendingFile,
     standard_streams,
-    zarr_folder::is_zarr,
-    zarr_output::ZarrOutput,
+    zarr_output::{ZarrOutput, is_zarr},
 };
 pub(crate) use crate::options::format_arguments::FormatArguments;
 use crate::options::format_arguments::exporter_of;
-use crate::screen::progress::{Counted, Progress};
 
-/// Where outputs go.
+/// Share of the columns that they may take beyond their estimate.
+const BEYOND_ESTIMATE: u64 = 4;
+
+/// Where the cells go.
+#[derive(Default)]
 pub(crate) struct Targets<'a> {
     pub(crate) meshes: &'a [PathBuf],
     /// Of the mask of doubtful cells.
@@ -49,172 +47,98 @@ impl Targets<'_> {
     }
 
     /// Whether a name asks for a Zarr store.
-    pub(crate) fn has_zarr(meshes: &[PathBuf]) -> bool {
-        meshes.iter().any(|path| is_zarr(path))
+    pub(crate) fn has_zarr(&self) -> bool {
+        self.meshes.iter().any(|path| is_zarr(path))
     }
 }
 
-/// Files being written; none is left where this is dropped before [`Outputs::finish`].
+/// All outputs of a command.
 pub(crate) struct Outputs {
-    meshes: Vec<MeshFile>,
-    stores: Vec<(ZarrOutput, Options)>,
-    exports: Vec<ExportOutput>,
+    /// The cells, whose writing the report counts.
+    pub(crate) cells: List,
     report: Option<PendingFile>,
-    written: Vec<OutputFile>,
+    pub(crate) measured: List,
+    /// Drawn after all else is in its place: one that fails leaves it there.
+    pub(crate) pictures: List,
+    pub(crate) written: Written,
+    /// Whether standard output is a file's, so that nothing else may be printed there.
+    pub(crate) has_standard_output: bool,
+    /// Whether a file is written whose SHA-256 is that of the flags.
+    pub(crate) will_hash: bool,
     /// Bytes of flags to expand at a time.
     pub(crate) slab_bytes: usize,
-    /// SHA-256 of the flags, if a file that holds nothing else was written.
-    pub(crate) flags_sha256: Option<String>,
-}
-
-struct MeshFile {
-    format: Format,
-    options: Options,
-    file: PendingFile,
-    /// Beside `.raw`.
-    sidecar: Option<PendingFile>,
-    /// Whether it holds the mask of doubtful cells in place of the flags.
-    is_doubt: bool,
-}
-
-impl MeshFile {
-    /// Whether the bytes of a `.raw` are the flags of the mesh, in their order.
-    fn has_flags(&self) -> bool {
-        !self.options.bits && !self.options.has_own_bytes() && !self.is_doubt
-    }
 }
 
 impl Outputs {
-    /// Checks names and folders and opens a temporary file for each output and the report.
+    /// Checks names and folders and opens a temporary file for each output of the cells and the report.
     pub(crate) fn open(targets: &Targets, arguments: &FormatArguments, max_bytes: u64) -> Result<Outputs> {
-        let (folder_paths, paths): (Vec<&PathBuf>, Vec<&PathBuf>) =
-            targets.meshes.iter().partition(|path| is_zarr(path));
-        let (export_paths, paths): (Vec<&PathBuf>, Vec<&PathBuf>) =
-            paths.into_iter().partition(|path| exporter_of(path).is_some());
-        let exporters: Vec<Exporter> = export_paths.iter().filter_map(|path| exporter_of(path)).collect();
-        let format_of = |path: &Path| arguments.format_of(path);
-        let mut formats = paths.iter().map(|path| format_of(path)).collect::<Result<Vec<Format>>>()?;
-        formats.extend(targets.doubt.map(format_of).transpose()?);
-        arguments.check(&formats, &exporters, !folder_paths.is_empty() || targets.has_archive)?;
-        arguments.check_standard(targets.uses_standard_output())?;
-        let mut stores = Vec::new();
-        for path in folder_paths {
-            let store = ZarrOutput::open(path, targets.is_part)?;
-            stores.push((store, arguments.zarr_options(max_bytes).with_zarr(targets.zarr)));
+        let (mut cells, mut exports, mut stores): (List, List, List) = Default::default();
+        let is_file = |path: &&PathBuf| !is_zarr(path) && exporter_of(path).is_none();
+        let paths = targets.meshes.iter().filter(is_file).map(|path| (path.as_path(), false));
+        let paths: Vec<(&Path, bool)> = paths.chain(targets.doubt.map(|path| (path, true))).collect();
+        let formats = paths.iter().map(|(path, _)| arguments.format_of(path)).collect::<Result<Vec<Format>>>()?;
+        let of_exports = || targets.meshes.iter().filter_map(|path| Some((path, exporter_of(path)?)));
+        let exporters: Vec<Exporter> = of_exports().map(|(_, exporter)| exporter).collect();
+        arguments.check(&formats, &exporters, targets.has_zarr() || targets.has_archive)?;
+        let has_standard_output = targets.uses_standard_output();
+        arguments.check_standard(has_standard_output)?;
+        for path in targets.meshes.iter().filter(|path| is_zarr(path)) {
+            let options = arguments.zarr_options(max_bytes).with_zarr(targets.zarr);
+            stores.push(Box::new(ZarrOutput::open(path, options, targets.is_part)?));
         }
-        let mut exports = Vec::new();
-        for (path, exporter) in export_paths.into_iter().zip(exporters) {
-            exports.push(ExportOutput::open(path, exporter, arguments.export_options(max_bytes))?);
+        for (path, exporter) in of_exports() {
+            exports.push(Box::new(ExportOutput::open(path, exporter, arguments.export_options(max_bytes))?));
         }
-        let mut meshes = Vec::new();
-        let n_flags = paths.len();
-        let paths = paths.into_iter().map(PathBuf::as_path).chain(targets.doubt);
-        for (index, (path, format)) in paths.zip(formats).enumerate() {
-            let file = PendingFile::open(path)?;
-            let sidecar = if format == Format::Raw && !file.is_standard() {
-                Some(PendingFile::open(&with_ending(path, ".json"))?)
-            } else {
-                None
-            };
+        let mut will_hash = false;
+        for ((path, is_doubt), format) in paths.into_iter().zip(formats) {
             let options = arguments.options(format, max_bytes).with_zarr(targets.zarr);
-            meshes.push(MeshFile { format, options, file, sidecar, is_doubt: index == n_flags });
+            let file = CellsFile::open(path, format, options, is_doubt)?;
+            will_hash |= file.has_flags_alone();
+            cells.push(Box::new(file));
         }
         let report = targets.report.map(PendingFile::open).transpose()?;
+        cells.extend(exports.into_iter().chain(stores));
+        let (measured, pictures, written) = Default::default();
         let slab_bytes = slab_bytes(max_bytes) as usize;
-        Ok(Outputs { meshes, stores, exports, report, written: Vec::new(), slab_bytes, flags_sha256: None })
+        Ok(Outputs { cells, report, measured, pictures, written, has_standard_output, will_hash, slab_bytes })
     }
 
-    /// Refuses what is known to be wrong with an output before the mesh is made.
-    pub(crate) fn check(&self, job: &Job, prepared: &Prepared) -> Result<()> {
-        for output in &self.meshes {
-            check_lines(&prepared.lines, output.format).map_err(|error| error.at(output.file.path.display()))?;
-            if output.format == Format::ZarrZip {
-                Shards::new(prepared.lines.dims(), &output.options.zarr)?;
-            }
-        }
-        for (_, options) in &self.stores {
-            let lines = if job.part.is_some() { &prepared.whole } else { &prepared.lines };
-            Shards::new(lines.dims(), &options.zarr)?;
-        }
-        self.exports.iter().try_for_each(|export| export.check(job, prepared))
+    /// Refuses what is known to be wrong with an output before the mesh is made, and files that no disk has room for.
+    pub(crate) fn check(&self, job: &Job, prepared: &Prepared, (spills, program_bytes): (bool, u64)) -> Result<()> {
+        let Prepared { geometries, lines, rays, .. } = prepared;
+        // pictures alone look at it, and it takes a while
+        let is_estimated = !spills && !self.pictures.is_empty();
+        let column_bytes = if is_estimated { Estimate::new(geometries, lines, rays).column_bytes } else { 0 };
+        let held_bytes = program_bytes + column_bytes + column_bytes / BEYOND_ESTIMATE;
+        let asked = Asked { job, prepared, lines: prepared.mesh_lines(), held_bytes };
+        let all = self.measured.iter().chain(&self.pictures).chain(&self.cells);
+        check_room(all.map(|output| output.check(&asked)), " at least")
     }
 
-    /// Whether a `.raw` of one byte a cell will be written, whose hash is that of the flags.
-    pub(crate) fn will_hash(&self) -> bool {
-        self.meshes.iter().any(|mesh| mesh.format == Format::Raw && mesh.has_flags())
+    /// Writes the cells, if the disks have room for the files whose size is known.
+    pub(crate) fn write_cells(&mut self, meshed: &Meshed) -> Result<()> {
+        check_room(self.cells.iter().map(|output| output.plan(meshed)), "")?;
+        self.cells.iter_mut().try_for_each(|output| output.write(meshed, &mut self.written))
     }
 
-    /// Formats of the files of the mesh.
-    pub(crate) fn flags_files(&self) -> impl Iterator<Item = Format> {
-        self.meshes.iter().filter(|mesh| !mesh.is_doubt).map(|mesh| mesh.format)
-    }
-
-    /// Number of meshes to write.
-    pub(crate) fn n_meshes(&self) -> usize {
-        self.meshes.len() + self.stores.len() + self.exports.len()
-    }
-
-    /// Says which conductors the files of solvers lack.
-    pub(crate) fn lost_conductors(&self, mesh: &Mesh) -> Vec<String> {
-        self.exports.iter().flat_map(|export| export.lost_conductors(mesh)).collect()
-    }
-
-    /// Writes the mesh, and the mask of its doubtful cells, to all their files, if the disks have room for those whose size is known.
-    pub(crate) fn write(
-        &mut self,
-        mesh: &Mesh,
-        place: &Place,
-        doubt: Option<&Mesh>,
-        control: &Control,
-        progress: Progress,
-    ) -> Result<()> {
-        let of = |is_doubt: bool| doubt.filter(|_| is_doubt).unwrap_or(mesh);
-        let planned = self.meshes.iter().filter_map(|output| {
-            let mesh = of(output.is_doubt);
-            let n_bytes = exact_size(mesh, output.format, &output.options)?;
-            Some(Planned { path: output.file.path.clone(), folder: output.file.folder().into(), n_bytes })
-        });
-        let exported = self.exports.iter().map(|export| export.plan(mesh)).collect::<Result<Vec<_>>>()?;
-        check_room(&planned.chain(exported.into_iter().flatten()).collect::<Vec<_>>())?;
-        for output in &mut self.meshes {
-            let mesh = of(output.is_doubt);
-            let bar = progress.bytes("write", exact_size(mesh, output.format, &output.options));
-            let path = output.file.path.display().to_string();
-            let mut writer = Counted { file: BufWriter::with_capacity(1 << 20, output.file.temporary.as_file()), bar };
-            let written = write(mesh, output.format, &output.options, &mut writer, control);
-            writer.bar.finish_and_clear();
-            drop(writer);
-            let written = written.map_err(|error| error.at(&path))?;
-            let path = output.file.path.clone();
-            self.written.push(OutputFile { path, n_bytes: written.n_bytes });
-            if let Some(sidecar) = &mut output.sidecar {
-                let text = sidecar_json(mesh, &output.options, &written);
-                sidecar.put(&text)?;
-                self.written.push(OutputFile { path: sidecar.path.clone(), n_bytes: text.len() as u64 });
-            }
-            self.flags_sha256 = self.flags_sha256.take().or(written.sha256.filter(|_| output.has_flags()));
-        }
-        for export in &mut self.exports {
-            self.written.extend(export.write(mesh, control, progress)?);
-        }
-        for (store, options) in &mut self.stores {
-            self.written.push(store.write(mesh, place, options, control, progress)?);
-        }
-        Ok(())
-    }
-
-    /// Writes the report, if one was asked for, and puts all files in their places.
-    pub(crate) fn finish(mut self, report: &str) -> Result<Vec<OutputFile>> {
+    /// Writes the report and what is measured, and puts these and the cells in their places.
+    pub(crate) fn finish(&mut self, meshed: &Meshed, report: &str) -> Result<()> {
         if let Some(file) = &mut self.report {
             file.put(report)?;
-            self.written.push(OutputFile { path: file.path.clone(), n_bytes: report.len() as u64 });
+            self.written.files.push(file.of_bytes(report.len() as u64));
         }
-        let meshes = self.meshes.into_iter().flat_map(|mesh| [Some(mesh.file), mesh.sidecar]);
-        for file in meshes.chain([self.report]).flatten() {
-            file.persist()?;
-        }
-        self.exports.into_iter().try_for_each(ExportOutput::finish)?;
-        self.stores.into_iter().try_for_each(|(store, _)| store.finish())?;
-        Ok(self.written)
+        self.measured.iter_mut().try_for_each(|output| output.write(meshed, &mut self.written))?;
+        meshed.control.check()?;
+        self.cells.drain(..).try_for_each(|output| output.finish())?;
+        self.report.take().map_or(Ok(()), PendingFile::persist)?;
+        self.measured.drain(..).try_for_each(|output| output.finish())
+    }
+
+    /// Draws the pictures, and puts them in their places one by one.
+    pub(crate) fn draw(&mut self, meshed: &Meshed) -> Result<()> {
+        self.pictures.drain(..).try_for_each(|mut picture| {
+            picture.write(meshed, &mut self.written)?;
+            picture.finish()
+        })
     }
 }

@@ -33,18 +33,21 @@ impl Shared {
         self.n_bytes.load(Ordering::Relaxed)
     }
 
+    /// Whether a value is there; another one is refused.
+    pub(crate) fn has(&self, key: &str, value: &[u8]) -> Result<bool> {
+        let there = self.store.get(key)?;
+        if there.as_ref().is_none_or(|there| there == value) {
+            return Ok(there.is_some());
+        }
+        let message = format!("the store is that of another mesh: {key} differs");
+        let hint = "name another store, remove this one, or mesh with the job and the options that it was begun with";
+        Err(Error::new("io", message, hint))
+    }
+
     /// Sets a value.
     pub(crate) fn set(&self, key: &str, value: &[u8]) -> Result<()> {
-        if !key.starts_with(Stored::SHARDS) {
-            match self.store.get(key)? {
-                Some(there) if there == value => return Ok(()),
-                Some(_) => {
-                    let message = format!("the store is that of another mesh: {key} differs");
-                    let hint = "name another store, remove this one, or mesh with the job and the options that it was begun with";
-                    return Err(Error::new("io", message, hint));
-                }
-                None => {}
-            }
+        if !key.starts_with(Stored::SHARDS) && self.has(key, value)? {
+            return Ok(());
         }
         self.store.put(key, value)?;
         self.n_bytes.fetch_add(value.len() as u64, Ordering::Relaxed);
