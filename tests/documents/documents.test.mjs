@@ -30,6 +30,35 @@ function fault(document, link) {
   return `${document}: no heading ${link}`;
 }
 
+/** Folders of source, whose files documents and comments name. */
+const FOLDERS = ['benches', 'capi', 'crates', 'docs', 'examples', 'paper', 'python', 'scripts', 'shaders', 'src', 'tests', 'www'];
+const IS_SOURCE = /\.(rs|wgsl|mjs|js|py)$/;
+const FILES = FOLDERS.flatMap((folder) =>
+  readdirSync(path.join(ROOT, folder), { recursive: true, withFileTypes: true })
+    .filter((entry) => entry.isFile())
+    .map((entry) => path.relative(ROOT, path.join(entry.parentPath, entry.name)).replaceAll(path.sep, '/')),
+);
+
+/** Names of source files in a text, such as `map.rs` or `stages/map.rs`; of source only in its comments. */
+function namedIn(text, isSource) {
+  const lines = text.split('\n').filter((line) => !isSource || /^\s*(\/\/|#|\*)/.test(line));
+  return lines.flatMap((line) => [...line.matchAll(/`((?:[\w.-]+\/)*[\w-]+\.(?:rs|wgsl|mjs|py))`/g)].map((match) => match[1]));
+}
+
+test('source files that documents and comments name are there', () => {
+  const ends = new Set(FILES.flatMap((file) => file.split('/').map((_, index, parts) => parts.slice(index).join('/'))));
+  // the changelog says what was
+  const texts = [...DOCUMENTS.filter((file) => !/CHANGELOG/.test(file)), ...FILES.filter((file) => IS_SOURCE.test(file))];
+  const named = texts.flatMap((file) => namedIn(read(file), IS_SOURCE.test(file)).map((name) => [file, name]));
+  assert.ok(named.length > 100, `${named.length}`);
+  assert.deepEqual(
+    named.filter(([, name]) => !ends.has(name)),
+    [],
+  );
+  assert.deepEqual(namedIn('see `a/b.rs` and `c.rs`\n// not `d.js`, `e.mjs`', false), ['a/b.rs', 'c.rs', 'e.mjs']);
+  assert.deepEqual(namedIn('see `a.rs`\n// `b.rs`', true), ['b.rs']);
+});
+
 test('documents that are read first are short', () => {
   for (const file of SHORT) {
     const n = read(file).trimEnd().split('\n').length;

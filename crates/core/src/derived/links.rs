@@ -13,7 +13,7 @@
 //! `q = height / (D 2^F)`, an exact fraction from 0 to 1, is rounded to f32 once: off by less than 2^-24 of itself and 2^-50. Where the
 //! surface meets the centre of the fluid's cell itself, q is the least normal f32, 2^-126, in place of 0.
 //!
-//! Geometries that are not closed, and those with cells along their surfaces, have other cells than rays tell (`links/apart.rs`): there
+//! Geometries that are not closed, and those with cells along their surfaces, have other cells than rays tell (`links/undecided.rs`): there
 //! a link may end in another flag without a crossing. Its q is 1/2, and it names no facet.
 //!
 //! Links lead through sides of the box that are periodic, to cells at the other side (`links/periodic.rs`).

@@ -1,6 +1,6 @@
 //! The ledger of paths: every file that the command reads or writes is entered here, and none is both, nor written twice.
 //!
-//! Nothing else opens a file or gives one its name: `tests/native/layering/paths.rs` reads the source of the command for that. So an option
+//! Nothing else opens a file or gives one its name: `tests/native/layering/paths_of_command.rs` reads the source of the command for that. So an option
 //! that is added is checked, too. A process runs one command, and has one ledger.
 //!
 //! Two paths are one file if they lead to the same place without links, or, on Unix, to files with the same device and inode: so do hard
