@@ -83,7 +83,7 @@ def test_the_wheel_has_the_text_of_its_licences():
 
 
 def test_the_source_distribution_has_what_it_needs_and_nothing_else(tmp_path):
-    """It holds the crate, too, as that packs itself."""
+    """It holds the crates, too, as they pack themselves, with the kernels that one of them has."""
     words = [Path(sys.executable).with_name("maturin"), "sdist", "--manifest-path", "python/Cargo.toml", "--out", tmp_path]
     subprocess.run(words, cwd=ROOT, check=True, capture_output=True, timeout=120)
     (file,) = tmp_path.iterdir()
@@ -91,7 +91,8 @@ def test_the_source_distribution_has_what_it_needs_and_nothing_else(tmp_path):
         names = {name.split("/", 1)[1] for name in archive.getnames()}
     assert {"PKG-INFO", "src/lib.rs", "python/src/lib.rs", "package/hexcast/__init__.py", "LICENSE-MIT", "LICENSE-APACHE"} <= names
     folders = {name.split("/")[0] for name in names if "/" in name}
-    assert folders == {"src", "shaders", "python", "package", "docs", "examples"}
+    assert folders == {"src", "crates", "python", "package", "docs", "examples"}
+    assert {"crates/core/src/lib.rs", "crates/files/src/lib.rs", "crates/gpu/src/lib.rs", "crates/gpu/shaders/map.wgsl"} <= names
     # the schema that the command prints, the documentation of the root of the crate, and the programs that it lists
     assert {name for name in names if name.startswith("docs/")} == {"docs/job.schema.json", "docs/rust.md"}
     assert all(name.endswith(".rs") for name in names if name.startswith("examples/"))
