@@ -51,7 +51,8 @@ case $prefix in
 esac
 
 capi=$(CDPATH='' cd -- "$(dirname -- "$0")" && pwd)
-version=$(sed -n 's/^version = "\(.*\)"$/\1/p' "$capi/Cargo.toml")
+version=$(sed -n 's/^version = "\(.*\)"$/\1/p' "$capi/../Cargo.toml")
+[ "$version" ] || fail "$capi/../Cargo.toml has no version"
 # before 1.0 a minor version may change the interface
 interface=${version%.*}
 [ -n "$target" ] && triple=$target || triple=$(rustc -vV | sed -n 's/^host: //p')
