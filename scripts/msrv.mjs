@@ -1,7 +1,7 @@
 // The oldest Rust that Cargo.toml promises compiles all crates.
 
 import { createHash } from 'node:crypto';
-import { existsSync, readFileSync, writeFileSync } from 'node:fs';
+import { existsSync, readFileSync, readdirSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
 
 import { ROOT, ask, run } from './run.mjs';
@@ -10,7 +10,9 @@ import { ROOT, ask, run } from './run.mjs';
 const RUSTUP_SECONDS = 30;
 const MANIFESTS = [
   'Cargo.toml',
-  ...['core', 'files', 'gpu'].map((name) => `crates/${name}/Cargo.toml`),
+  ...readdirSync(path.join(ROOT, 'crates'))
+    .sort()
+    .map((name) => `crates/${name}/Cargo.toml`),
   'python/Cargo.toml',
   'capi/Cargo.toml',
 ];

@@ -5,12 +5,13 @@
 
 use std::collections::VecDeque;
 
-use hexcast::columns::{Band, Columns, run};
+use hexcast::columns::Columns;
 use hexcast::control::Control;
 use hexcast::leak::{Leak, MAX_WIDTH, Question, leak};
 use hexcast::lines::Lines;
 use hexcast::mesh::Mesh;
 use hexcast_core::grid::rays::Rays;
+use hexcast_core::testing::band_of;
 
 use super::soups::Random;
 
@@ -46,22 +47,7 @@ impl Grid {
     /// The mesh of these flags with rays along an axis; cells of 1 x 2 x 0.5 from (-1, 0, 10).
     pub(super) fn mesh(&self, axis: usize) -> Mesh {
         let rays = Rays::new(axis, self.dims);
-        let mut band = Band::default();
-        for j in 0..rays.counts[1] {
-            for i in 0..rays.counts[0] {
-                let mut last = 0;
-                for along in 0..rays.depth {
-                    let mut cell = [along; 3];
-                    (cell[rays.across[0]], cell[rays.across[1]]) = (i, j);
-                    let flag = self.flags[self.index(cell)];
-                    if flag != last {
-                        band.runs.push(run(along, flag));
-                    }
-                    last = flag;
-                }
-                band.ends.push(band.runs.len() as u32);
-            }
-        }
+        let band = band_of(&rays, |cell| self.flags[self.index(cell)]);
         let lines = Lines::new([-1.0, 0.0, 10.0], [1.0, 2.0, 0.5], self.dims).unwrap();
         Mesh::new(lines, Columns::new(rays, vec![band]).unwrap(), vec![], None).unwrap()
     }

@@ -10,17 +10,16 @@ use crate::grid::lines::Lines;
 use crate::grid::rays::Rays;
 use crate::input::job::Stencil;
 
-/// A mesh whose flags follow a fixed pattern of `n_flags` flags, the same for every ray axis.
-pub fn pattern(axis: usize, dims: [u32; 3], n_flags: u32) -> Mesh {
-    let rays = Rays::new(axis, dims);
-    let mut band = Band { odd_rays: 2, n_crossings: 1234567, ..Band::default() };
+/// The runs of cells with these flags, one band for all rays.
+pub fn band_of(rays: &Rays, flag_of: impl Fn([u32; 3]) -> u8) -> Band {
+    let mut band = Band::default();
     for j in 0..rays.counts[1] {
         for i in 0..rays.counts[0] {
             let mut last = 0;
             for along in 0..rays.depth {
                 let mut cell = [along; 3];
                 (cell[rays.across[0]], cell[rays.across[1]]) = (i, j);
-                let flag = pattern_flag(cell, n_flags);
+                let flag = flag_of(cell);
                 if flag != last {
                     band.runs.push(run(along, flag));
                 }
@@ -29,6 +28,14 @@ pub fn pattern(axis: usize, dims: [u32; 3], n_flags: u32) -> Mesh {
             band.ends.push(band.runs.len() as u32);
         }
     }
+    band
+}
+
+/// A mesh whose flags follow a fixed pattern of `n_flags` flags, the same for every ray axis.
+pub fn pattern(axis: usize, dims: [u32; 3], n_flags: u32) -> Mesh {
+    let rays = Rays::new(axis, dims);
+    let band = band_of(&rays, |cell| pattern_flag(cell, n_flags));
+    let band = Band { odd_rays: 2, n_crossings: 1234567, ..band };
     let lines = Lines::new([-1.5, 0.1, 1e-7], [0.5, 0.25, 1.0 / 3.0], dims).unwrap();
     let names = [(1, "copper"), (7, "Gehäuse <A&B> \"1\"")];
     let names = names.map(|(flag, name)| Named::new(flag, name)).to_vec();

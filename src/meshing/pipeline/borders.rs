@@ -147,7 +147,7 @@ fn with(mut cell: [u32; 3], axis: usize, index: u32) -> [u32; 3] {
 
 /// Of two planes of cells: how many cells of the second differ from those of the first, and how many of the second are flagged.
 fn compared(slab: &Columns, axis: usize) -> Result<[u64; 2]> {
-    let rays = &slab.rays();
+    let rays = slab.rays();
     let (mut all, n_across) = (Vec::new(), rays.counts[0] as usize);
     slab.for_rays(0..rays.n_rays(), |runs| all.push(runs.to_vec()))?;
     let (step, distance) = if rays.across[0] == axis { (2, 1) } else { (1, n_across) };

@@ -81,7 +81,7 @@ fn header(mesh: &Mesh, options: &ExportOptions) -> String {
          encoding: {encoding}\n",
         env!("CARGO_PKG_VERSION")
     );
-    if let Some(unit) = &mesh.unit() {
+    if let Some(unit) = mesh.unit() {
         let unit = quoted(unit);
         text += &format!("space units: \"{unit}\" \"{unit}\" \"{unit}\"\n");
     }
