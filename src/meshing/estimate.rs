@@ -13,7 +13,6 @@
 
 mod costs;
 mod device;
-mod expected_crossings;
 mod memory_limits;
 mod plan;
 mod work;

@@ -19,7 +19,21 @@ const GROUPS: &[(&str, &[&str])] = &[
     ("input", &["geometry", "edges", "surface", "preview", "read", "job", "sources"]),
     ("grid", &["domain", "lines", "totals", "frame", "closed", "volume_bound", "rays", "window"]),
     ("cells", &["columns", "flags", "volumes", "fingerprint"]),
-    ("stages", &["cast", "facet", "snapping", "lattice", "crossings", "map", "inside", "cpu", "axis_crossings"]),
+    (
+        "stages",
+        &[
+            "cast",
+            "facet",
+            "snapping",
+            "lattice",
+            "crossings",
+            "map",
+            "inside",
+            "cpu",
+            "axis_crossings",
+            "expected_crossings",
+        ],
+    ),
     ("open_surfaces", &["open", "sheet", "doubt", "overlay"]),
     (
         "derived",

@@ -53,6 +53,7 @@ pub mod stages {
     pub mod cast;
     pub mod cpu;
     pub mod crossings;
+    pub mod expected_crossings;
     pub mod facet;
     pub mod inside;
     pub mod lattice;

@@ -2,7 +2,6 @@
 
 use serde::Serialize;
 
-use super::expected_crossings::{Sums, expected};
 use hexcast_core::base::control::{Control, at_once};
 use hexcast_core::base::error::Result;
 use hexcast_core::derived::mesh::SLAB_BYTES;
@@ -11,6 +10,7 @@ use hexcast_core::grid::rays::Rays;
 use hexcast_core::input::geometry::Geometry;
 use hexcast_core::stages::cast::sizes::MOST_BAND;
 use hexcast_core::stages::cpu;
+use hexcast_core::stages::expected_crossings::{Sums, expected};
 use hexcast_files::write::{npy, raw};
 
 /// What a mesh would hold and take.

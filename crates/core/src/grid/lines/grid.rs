@@ -148,12 +148,13 @@ impl Lines {
     }
 
     /// The place of a coordinate, counted in cells from line 0: the inverse of [`Lines::at`].
-    #[inline]
+    // always: each corner of each facet is placed by it, some times
+    #[inline(always)]
     pub fn position(&self, axis: usize, coordinate: f64) -> f64 {
-        let Some(lists) = self.lists() else { return (coordinate - self.origin[axis]) / self.unit[axis] };
-        let lines = &lists[axis];
-        let cell = lines[1..lines.len() - 1].partition_point(|&line| line <= coordinate);
-        cell as f64 + (coordinate - lines[cell]) / (lines[cell + 1] - lines[cell])
+        match self.lists() {
+            None => (coordinate - self.origin[axis]) / self.unit[axis],
+            Some(lists) => position_in(&lists[axis], coordinate),
+        }
     }
 
     /// Number of cells of the box.
@@ -271,6 +272,12 @@ fn even_spacing(lines: &[f64]) -> Option<f64> {
     let bits = mean.to_bits();
     let near = (-4i64..=4).map(|off| f64::from_bits(bits.wrapping_add_signed(off)));
     short.chain(near).chain([lines[1] - lines[0]]).find(gives)
+}
+
+/// The place of a coordinate between lines, counted in cells from line 0.
+fn position_in(lines: &[f64], coordinate: f64) -> f64 {
+    let cell = lines[1..lines.len() - 1].partition_point(|&line| line <= coordinate);
+    cell as f64 + (coordinate - lines[cell]) / (lines[cell + 1] - lines[cell])
 }
 
 #[cfg(test)]

@@ -1,16 +1,16 @@
 //! What the rays are expected to meet: areas of projections, cell by cell.
 //!
-//! Geometries, lines, rays -> [`Sums`]. See the top of the module above for why an area is a number of crossings.
+//! Geometries, lines, rays -> [`Sums`]. Over all offsets of the rays a facet is crossed as many times as its projection has cells across.
 //! Cost: one pass over the corners.
 
-use hexcast_core::base::control::Control;
-use hexcast_core::base::error::Result;
-use hexcast_core::base::parallel::*;
-use hexcast_core::grid::lines::Lines;
-use hexcast_core::grid::rays::Rays;
-use hexcast_core::input::geometry::{Facet, Geometry};
-use hexcast_core::stages::cast::sizes::BIN;
-use hexcast_core::stages::cpu;
+use crate::base::control::Control;
+use crate::base::error::Result;
+use crate::base::parallel::*;
+use crate::grid::lines::Lines;
+use crate::grid::rays::Rays;
+use crate::input::geometry::{Facet, Geometry};
+use crate::stages::cast::sizes::BIN;
+use crate::stages::cpu;
 
 /// Facets between two rests: some tens of milliseconds. A multiple of the facets that are summed first.
 const FACETS_AT_ONCE: usize = 32 * SUMMED_AT_ONCE;
@@ -19,24 +19,24 @@ const SUMMED_AT_ONCE: usize = 4096;
 
 /// Sums over facets.
 #[derive(Default)]
-pub(super) struct Sums {
+pub struct Sums {
     /// Crossings of rays and facets.
-    pub(super) crossings: f64,
+    pub crossings: f64,
     /// Those of them before the last centre of their ray, each of which begins a run.
-    pub(super) runs: f64,
+    pub runs: f64,
     /// (facet, strip) pairs of the CPU backend.
-    pub(super) strip_facets: f64,
+    pub strip_facets: f64,
     /// (facet, bin) pairs of the GPU backend, at most: bins under the boxes of the facets.
-    pub(super) bin_facets: f64,
+    pub bin_facets: f64,
     /// Facets with a ray under their boxes.
-    pub(super) facets: f64,
+    pub facets: f64,
 }
 
 /// What the rays are expected to meet, with a rest after some facets.
 ///
 /// # Errors
 /// `cancelled`.
-pub(super) async fn expected(geometries: &[Geometry], lines: &Lines, rays: &Rays, control: &Control) -> Result<Sums> {
+pub async fn expected(geometries: &[Geometry], lines: &Lines, rays: &Rays, control: &Control) -> Result<Sums> {
     let mut sums = Sums::default();
     for geometry in geometries {
         for facets in geometry.facets.chunks(FACETS_AT_ONCE) {
