@@ -1,6 +1,6 @@
 // Measures hexcast and other programs on the same files, in turn, and writes the tables of RESULTS.md.
-// usage: npm run bench -- [native | peers | facets | page | big] [--quick] [--rounds R] [--runs K] [--largest N]
-// "facets" times surfaces of many facets, and says which became slower. "big" opens a model of 2e7 facets on the page. By default "native" and "peers": all stages compared with VTK, then every program of peers.py. "page" measures the page in Chromium
+// usage: npm run bench -- [native | peers | facets | moved | page | big] [--quick] [--rounds R] [--runs K] [--largest N]
+// "facets" times surfaces of many facets, and says which became slower. "moved" times a body that moves in a scene. "big" opens a model of 2e7 facets on the page. By default "native" and "peers": all stages compared with VTK, then every program of peers.py. "page" measures the page in Chromium
 // and the command on the same driver. Needs cargo, and python3 with venv for the peers; takes some ten minutes.
 
 import { mkdtempSync, rmSync } from 'node:fs';
@@ -10,6 +10,7 @@ import { parseArgs } from 'node:util';
 
 import { ensureNodeModules } from '../scripts/machine.mjs';
 import { benchFacets } from './facets.mjs';
+import { benchMoved } from './moved.mjs';
 import { benchNative } from './native.mjs';
 import { benchPeers } from './peers.mjs';
 import { build, machine, programs, write } from './results.mjs';
@@ -26,6 +27,7 @@ const BENCHES = {
   native: benchNative,
   peers: benchPeers,
   facets: benchFacets,
+  moved: benchMoved,
   page: async (bench) => (await inBrowser('page')).benchPage(bench),
   big: async (bench) => (await inBrowser('big')).benchBig(bench),
 };
@@ -63,8 +65,9 @@ const built = names.some((name) => !['big', 'facets'].includes(name))
 const bench = { ...built, ...values, rounds: Number(values.rounds), sizes: values.quick ? [256] : [512, 1024] };
 for (const name of names) {
   const { adapter, text } = await BENCHES[name](bench);
+  const inOrder = `* ${bench.runs} runs after a first that does not count; medians of wall time.`;
   /** @type {Record<string, string>} */
-  const alone = { big: '* One run.', facets: `* ${bench.runs} runs after a first that does not count; medians of wall time.` };
+  const alone = { big: '* One run.', facets: inOrder, moved: inOrder };
   const inTurn = `* ${bench.rounds} rounds, programs in turn; ${bench.runs} runs a program and round after a first that does not count; medians.`;
   const rounds = alone[name] ?? inTurn;
   write(name, [...machine(adapter), rounds, text].join('\n'));

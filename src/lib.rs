@@ -16,6 +16,7 @@ pub mod meshing {
     pub mod parts;
     pub mod pipeline;
     pub mod report;
+    pub mod scene;
 }
 #[cfg(all(feature = "web", target_arch = "wasm32"))]
 pub mod web;
@@ -86,6 +87,7 @@ pub use hexcast_gpu as gpu;
 pub use meshing::measured::{self, Measured};
 #[cfg(not(target_arch = "wasm32"))]
 pub use meshing::mesher::{self, Mesher, MesherOptions};
+pub use meshing::scene::{self, Scene};
 pub use meshing::{converge, estimate, parts, pipeline, report};
 #[cfg(not(target_arch = "wasm32"))]
 pub use meshing::{files, machine};

@@ -16,6 +16,7 @@ use serde_json::json;
 mod cases;
 mod line;
 mod machine;
+mod moved;
 mod naive_gather;
 mod passes;
 mod serial;
@@ -59,6 +60,9 @@ struct Arguments {
     /// Write model 4 of the paper to this file and end
     #[arg(long)]
     spheres: Option<PathBuf>,
+    /// Time a body that moves in a scene, and end
+    #[arg(long)]
+    moved: bool,
     /// Given by `cargo bench`
     #[arg(long, hide = true)]
     bench: bool,
@@ -69,6 +73,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     if let Some(path) = &arguments.spheres {
         cases::write_spheres(path)?;
         return Ok(());
+    }
+    if arguments.moved {
+        return moved::measure(arguments.cells.unwrap_or(256), arguments.runs);
     }
     let scratch = tempfile::tempdir()?;
     for case in chosen(&arguments, scratch.path())? {

@@ -14,33 +14,35 @@ const STACKS: u32 = 15;
 
 /// Makes the facets, corners counter-clockwise seen from outside.
 pub(crate) fn spheres() -> Vec<Facet> {
+    let centre = |place: u32| [place % PER_AXIS, place / PER_AXIS % PER_AXIS, place / PER_AXIS.pow(2)].map(f64::from);
+    (0..PER_AXIS.pow(3)).flat_map(|place| sphere(centre(place), [SLICES, STACKS])).collect()
+}
+
+/// One of them, of so many slices and stacks: `2 slices (stacks - 1)` facets.
+pub(crate) fn sphere(centre: [f64; 3], [slices, stacks]: [u32; 2]) -> Vec<Facet> {
+    // all corners of a pole are the same point
+    let corner = |stack: u32, slice: u32| -> [f32; 3] {
+        let polar = PI * f64::from(stack) / f64::from(stacks);
+        let turn = 2.0 * PI * f64::from(slice % slices) / f64::from(slices);
+        let across = if stack.is_multiple_of(stacks) { 0.0 } else { RADIUS * polar.sin() };
+        let offset = [across * turn.cos(), across * turn.sin(), RADIUS * polar.cos()];
+        std::array::from_fn(|axis| (centre[axis] + offset[axis]) as f32)
+    };
     let mut facets = Vec::new();
-    for place in 0..PER_AXIS.pow(3) {
-        let centre = [place % PER_AXIS, place / PER_AXIS % PER_AXIS, place / PER_AXIS.pow(2)].map(f64::from);
-        for stack in 0..STACKS {
-            for slice in 0..SLICES {
-                let [a, b] = [stack, stack + 1].map(|stack| corner(centre, stack, slice));
-                let [c, d] = [stack, stack + 1].map(|stack| corner(centre, stack, (slice + 1) % SLICES));
-                // at the poles one of the two would have no area
-                if stack + 1 < STACKS {
-                    facets.push([a, b, d]);
-                }
-                if stack > 0 {
-                    facets.push([a, d, c]);
-                }
+    for stack in 0..stacks {
+        for slice in 0..slices {
+            let [a, b] = [stack, stack + 1].map(|stack| corner(stack, slice));
+            let [c, d] = [stack, stack + 1].map(|stack| corner(stack, slice + 1));
+            // at the poles one of the two would have no area
+            if stack + 1 < stacks {
+                facets.push([a, b, d]);
+            }
+            if stack > 0 {
+                facets.push([a, d, c]);
             }
         }
     }
     facets
-}
-
-/// A corner of the sphere around `centre`; all corners of a pole are the same point.
-fn corner(centre: [f64; 3], stack: u32, slice: u32) -> [f32; 3] {
-    let polar = PI * f64::from(stack) / f64::from(STACKS);
-    let turn = 2.0 * PI * f64::from(slice) / f64::from(SLICES);
-    let across = if stack.is_multiple_of(STACKS) { 0.0 } else { RADIUS * polar.sin() };
-    let offset = [across * turn.cos(), across * turn.sin(), RADIUS * polar.cos()];
-    std::array::from_fn(|axis| (centre[axis] + offset[axis]) as f32)
 }
 
 /// Writes facets as binary STL, normals zero.

@@ -7,6 +7,7 @@ use std::time::Instant;
 use crate::meshing::files::read_job_files;
 use crate::meshing::pipeline::{self, Engine, MeshOptions};
 use crate::meshing::report::{CallerFacts, Report};
+use crate::meshing::scene::{Scene, Update};
 use hexcast_core::base::control::Control;
 use hexcast_core::base::error::Result;
 use hexcast_core::derived::mesh::Mesh;
@@ -97,6 +98,30 @@ impl Mesher {
         control: &Control,
     ) -> Result<(Mesh, Report)> {
         self.mesh_read(job, sources, 0.0, options, control)
+    }
+
+    /// Meshes a job as [`Mesher::mesh_sources`] does, for edits of which only what they change is meshed again.
+    ///
+    /// # Errors
+    /// Those of [`Scene::new`].
+    pub fn scene(
+        &mut self,
+        job: Job,
+        sources: Vec<Source>,
+        options: MeshOptions,
+        control: &Control,
+    ) -> Result<(Scene, Report)> {
+        let made = pollster::block_on(Scene::new(job, sources, options, &mut self.engine, control));
+        self.engine.seconds = 0.0;
+        made
+    }
+
+    /// Meshes what the edits of a scene have changed.
+    ///
+    /// # Errors
+    /// Those of [`Scene::update`].
+    pub fn update(&mut self, scene: &mut Scene, control: &Control) -> Result<Update> {
+        pollster::block_on(scene.update(&mut self.engine, control))
     }
 
     /// Reads the files that a job names, and meshes it on the GPU, where the runs stay: see [`pipeline::mesh_on_device`].

@@ -77,6 +77,7 @@ pub use prepare::{Prepared, part_step, prepare};
 use remedies::add_remedies;
 use shell_checks::Checked;
 use snapped::snapped;
+pub(crate) use warnings::findings_without_cells;
 use window_report::window_report;
 
 /// Meshes a job: `sources[i]` is the file of `job.geometries[i]`. The caller makes the report from the facts, when all is done.

@@ -18,6 +18,7 @@ example!(for_solvers, "../../examples/for_solvers.rs");
 example!(facets_to_query, "../../examples/facets_to_query.rs");
 example!(many_meshes, "../../examples/many_meshes.rs");
 example!(mesh_on_device, "../../examples/mesh_on_device.rs");
+example!(moving_body, "../../examples/moving_body.rs");
 example!(progress_and_cancel, "../../examples/progress_and_cancel.rs");
 example!(stl_to_vti, "../../examples/stl_to_vti.rs");
 example!(window, "../../examples/window.rs");
@@ -82,6 +83,13 @@ fn a_quarter_turn_keeps_the_number_of_cells() {
     // a quarter turn mirrors the box, and the cells begin at its other end
     assert!(cells[0].abs_diff(cells[3]) <= cells[0] / 100, "{cells:?}");
     assert!(cells.iter().all(|&cells| cells > 0) && cells[0] != cells[1], "{cells:?}");
+}
+
+#[test]
+fn a_body_that_moves_changes_some_cells_at_every_step() {
+    let source = hexcast::files::read_file(SPOT, &Control::default()).unwrap();
+    let cells = moving_body::cells_of_steps(&source, 3, 0.1).unwrap();
+    assert!(cells.len() == 3 && cells.iter().all(|&cells| cells > 100), "{cells:?}");
 }
 
 #[test]

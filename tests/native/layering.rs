@@ -30,6 +30,7 @@ const GROUPS: &[(&str, &[&str])] = &[
             "map",
             "inside",
             "cpu",
+            "kept",
             "axis_crossings",
             "expected_crossings",
         ],
@@ -55,7 +56,10 @@ const GROUPS: &[(&str, &[&str])] = &[
     ("testing", &[]),
     ("files", &["colours", "picture", "shards", "write", "export"]),
     ("gpu", &[]),
-    ("meshing", &["report", "measured", "parts", "estimate", "pipeline", "converge", "machine", "files", "mesher"]),
+    (
+        "meshing",
+        &["report", "measured", "parts", "estimate", "pipeline", "scene", "converge", "machine", "files", "mesher"],
+    ),
     ("web", &[]),
     ("bin", &[]),
 ];

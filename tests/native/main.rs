@@ -101,6 +101,7 @@ mod properties;
 mod public_api;
 #[cfg(feature = "cli")]
 mod reports;
+mod scene;
 mod seven_cases;
 #[cfg(feature = "gpu")]
 mod shaders;

@@ -56,6 +56,7 @@ pub mod stages {
     pub mod expected_crossings;
     pub mod facet;
     pub mod inside;
+    pub mod kept;
     pub mod lattice;
     pub mod map;
     pub mod snapping;

@@ -4,6 +4,7 @@
 use serde_json::json;
 
 use super::prepare::Prepared;
+use super::remedies::add_remedies;
 use crate::meshing::report::{GeometryReport, InputReport, ShellsReport, WithoutCells};
 use hexcast_core::base::error::Result;
 use hexcast_core::base::finding::{Finding, NamedGeometry, Remedy};
@@ -233,6 +234,22 @@ pub(super) fn geometries_without_cells(
         all.push(WithoutCells::new(index, cause.map(|cause| cause.finding(index, geometry, bounding_box))));
     }
     Ok(all)
+}
+
+/// Findings about the geometries of a whole box that have no cell, with what to do about each; what is given is as above.
+///
+/// # Errors
+/// `io` where the columns are in a store that fails.
+pub(crate) fn findings_without_cells(
+    (job, prepared): (&Job, &Prepared),
+    (cast, ends): (&Cast, &[Option<[[i32; 3]; 2]>]),
+    mesh: &Mesh,
+    cells: &[u64; 256],
+) -> Result<Vec<Finding>> {
+    let found = geometries_without_cells(prepared, (cast, ends), mesh, cells)?;
+    let mut findings: Vec<Finding> = found.into_iter().filter_map(|of| of.finding).collect();
+    add_remedies(&mut findings, job, &prepared.geometries);
+    Ok(findings)
 }
 
 /// Why a geometry has no cell: the code of the finding, the rest of its sentence, and what else it has.

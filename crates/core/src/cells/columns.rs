@@ -25,6 +25,7 @@ mod pad;
 mod piece_store;
 mod run;
 mod slab;
+mod splice;
 mod store;
 mod totals_check;
 
@@ -39,6 +40,9 @@ pub use piece_store::{PieceEntry, PieceStore};
 pub use run::spans;
 pub use run::{Band, CellRun, flag_at, run, run_cell, run_flag};
 pub(crate) use slab::SlabColumns;
+pub use splice::ChangedRun;
+#[doc(hidden)]
+pub use splice::SomeRuns;
 #[doc(hidden)]
 pub use store::sealed;
 pub use store::{MemoryStore, Store};

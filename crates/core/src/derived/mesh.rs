@@ -11,7 +11,7 @@ use crate::base::control::{Control, at_once};
 use crate::base::error::{Error, Result};
 use crate::base::parallel::beside;
 pub use crate::cells::columns::Named;
-use crate::cells::columns::{BoxRuns, Columns, SlabColumns};
+use crate::cells::columns::{BoxRuns, ChangedRun, Columns, SlabColumns, SomeRuns};
 use crate::cells::flags::{
     CellBox, bits_of_box, expand, expand_bits, flags_of_box, n_bytes_of_bits, n_cells, slabs_of_box,
 };
@@ -62,6 +62,17 @@ impl Mesh {
     /// Names the flags anew.
     pub fn with_names(self, names: Vec<Named>) -> Mesh {
         Mesh { names, ..self }
+    }
+
+    /// Gives some rays other runs, and the flags these names; all rays have so many crossings then. Returns what that changes.
+    ///
+    /// # Errors
+    /// `job-conflict` where the columns are in a store.
+    #[doc(hidden)]
+    pub fn splice(&mut self, some: &SomeRuns, n_crossings: u64, names: Vec<Named>) -> Result<Vec<ChangedRun>> {
+        let changed = self.columns.splice(some, n_crossings)?;
+        self.names = names;
+        Ok(changed)
     }
 
     /// Names the unit of every length.

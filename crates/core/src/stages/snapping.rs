@@ -135,6 +135,41 @@ pub async fn snapped(
     Ok((snapped, room))
 }
 
+/// One geometry in a frame with the box and the fraction bits of all.
+#[derive(Debug)]
+pub(crate) struct SnappedAlone {
+    /// The facets that rays may hit.
+    pub(crate) facets: Vec<SnappedFacet>,
+    /// What the edges say.
+    pub(crate) closed: Closed,
+    /// Least and greatest coordinates.
+    pub(crate) ends: Ends,
+}
+
+/// Snaps one geometry as [`snapped`] does, in a frame that was made for all of them.
+///
+/// # Errors
+/// `cancelled`.
+pub(crate) async fn snapped_alone(
+    frame: &Frame,
+    (geometry, lines): (&Geometry, &Lines),
+    rays: &Rays,
+    control: &Control,
+) -> Result<SnappedAlone> {
+    let (mut facets, mut ends, mut edges) = (Vec::new(), None, Vec::new());
+    let snap = frame.snapping(geometry, lines);
+    for some in geometry.facets.chunks(FACETS_AT_ONCE) {
+        let of_chunk = |facets: &[Facet]| OfChunk::new(facets.iter().map(&snap).collect(), frame, Some(rays));
+        for chunk in some.par_chunks(CHUNK).map(of_chunk).collect::<Vec<OfChunk>>() {
+            ends = chunk.ends.iter().flatten().fold(ends, with_corner);
+            facets.extend_from_slice(&chunk.staying);
+            edges.push(chunk.hashes);
+        }
+        control.rest().await?;
+    }
+    Ok(SnappedAlone { facets, closed: Closed::new(&edges, control).await?, ends })
+}
+
 /// What is known of the facets that a core takes at a time.
 struct OfChunk {
     staying: Vec<SnappedFacet>,

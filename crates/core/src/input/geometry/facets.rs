@@ -74,6 +74,11 @@ impl SharedFacets {
         parts.iter().flat_map(|part| part.iter().copied()).collect::<Vec<Facet>>().into()
     }
 
+    /// Whether these are the same part of the same list: what is so needs no comparison.
+    pub(crate) fn is_same(&self, other: &SharedFacets) -> bool {
+        Arc::ptr_eq(&self.all, &other.all) && self.part == other.part
+    }
+
     /// The same facets, all of whose coordinates the caller found to be finite, and the others of their list too.
     pub(crate) fn known_finite(self) -> SharedFacets {
         self.all.is_finite.store(true, Relaxed);
