@@ -7,49 +7,83 @@
 
 use std::collections::BTreeSet;
 
-use super::engine::{Engine, Used};
-use crate::meshing::estimate::MemoryBudget;
-use crate::meshing::report::MAX_BOXES;
-use hexcast_core::base::control::Control;
+use super::backend::{Backend, Whole};
+use super::cut::Cut;
+use super::halo::Beyond;
+use super::meshed::Meshed;
+use super::prepare::Task;
+use super::surfaces::Surfaces;
 use hexcast_core::base::error::Result;
-use hexcast_core::cells::columns::{Columns, ColumnsBuilder, spans};
+use hexcast_core::base::finding::Finding;
+use hexcast_core::cells::columns::{Columns, spans};
 use hexcast_core::derived::certificate::FlagGaps;
-use hexcast_core::grid::frame::Frame;
-use hexcast_core::grid::lines::Lines;
-use hexcast_core::grid::rays::Rays;
-use hexcast_core::input::job::Rule;
-use hexcast_core::open_surfaces::doubt::Doubt;
-use hexcast_core::open_surfaces::overlay::{Overlay, Part};
-use hexcast_core::stages::cast::Cast;
+use hexcast_core::derived::staggered::SheetFace;
+use hexcast_core::derived::walls::Walls;
 
-/// A backend, and what it may take.
-pub(super) type Backend<'a> = (&'a mut Engine, &'a MemoryBudget, &'a Control);
+/// What is known of the cells beside those that were cast, and of faces.
+#[derive(Default)]
+pub(super) struct Borders {
+    /// Runs of the box that begin in the cells, where a merged report needs them.
+    pub(super) runs: Option<u64>,
+    /// Thin walls and gaps, if the job asks for a certificate.
+    pub(super) gaps: Option<FlagGaps>,
+    /// Faces of geometries without thickness.
+    pub(super) plates: Vec<SheetFace>,
+    /// What covers some of these.
+    pub(super) covered: Vec<Finding>,
+    /// Faces that have the names of solids, if they shall.
+    pub(super) walls: Option<Walls>,
+}
 
-/// What is left of the memory that columns may take, and the backend.
-pub(super) type Left<'a> = (u64, Backend<'a>);
-
-/// The whole box before it was cut to a window.
-pub(super) struct Whole<'a> {
-    /// The facets whose rays decide.
-    pub(super) frame: &'a Frame,
-    /// What is decided apart.
-    pub(super) parts: &'a [Part],
-    /// Flag of each rank.
-    pub(super) flags: &'a [u8],
-    pub(super) lines: &'a Lines,
-    pub(super) rule: Rule,
+impl Borders {
+    /// Meshes what is needed beside the cells; what the snap found of plates and walls is taken.
+    ///
+    /// # Errors
+    /// Those of [`Whole::columns`] and of reading spilled columns.
+    pub(super) async fn new(
+        task: &Task<'_>,
+        surfaces: &mut Surfaces,
+        (cut, meshed): (&Cut, &Meshed),
+        backend: &mut Backend<'_>,
+    ) -> Result<Borders> {
+        let &Task { job, prepared, .. } = task;
+        let (whole, cells, columns, beyond) =
+            (cut.whole(task), prepared.cast_cells(), &meshed.columns, Beyond::new(prepared));
+        let mut borders = Borders::default();
+        if prepared.halo == 0 && (job.part.is_some() || cells[0][columns.rays().axis] == 0) {
+            borders.runs = Some(whole.runs(columns, cells, backend).await?);
+        }
+        if job.certify {
+            borders.gaps = Some(whole.gaps(columns, cells, backend).await?);
+        }
+        if let Some(plates) = surfaces.plates.take() {
+            let near = [
+                cells[0].map(|cell| cell.saturating_sub(1)),
+                [0, 1, 2].map(|axis| (cells[1][axis] + 1).min(whole.lines.dims()[axis])),
+            ];
+            let with_neighbours = match near == cells {
+                true => None,
+                false => Some(whole.columns((near, columns.rays().axis), meshed.bytes_left, backend).await?),
+            };
+            let around = (with_neighbours.as_ref().unwrap_or(columns), near[0]);
+            (borders.plates, borders.covered) = plates.uncovered(around, prepared, &beyond)?;
+        }
+        let walls = surfaces.walls.take();
+        borders.walls = walls.map(|walls| walls.walls(columns, |face| beyond.moved(face))).transpose()?;
+        Ok(borders)
+    }
 }
 
 impl Whole<'_> {
     /// The gaps in some cells of the box, whose columns are given.
     ///
     /// # Errors
-    /// Those of [`Engine::columns`], and of reading spilled columns.
+    /// Those of [`Whole::columns`], and of reading spilled columns.
     pub(super) async fn gaps(
         &self,
         columns: &Columns,
         [first, end]: [[u32; 3]; 2],
-        (engine, budget, control): Backend<'_>,
+        backend: &mut Backend<'_>,
     ) -> Result<FlagGaps> {
         let mut gaps = FlagGaps::default();
         gaps.add(columns, first, &[0, 1, 2])?;
@@ -59,7 +93,7 @@ impl Whole<'_> {
                 let is_inside = cell > first[axis] && cell + 1 < end[axis];
                 if is_between && !is_inside {
                     let slab = [with(first, axis, cell - 1), with(end, axis, cell + 2)];
-                    let columns = self.slab(slab, axis, (engine, budget, control)).await?;
+                    let columns = self.slab(slab, axis, backend).await?;
                     gaps.add(&columns, slab[0], &[axis])?;
                 }
             }
@@ -70,12 +104,12 @@ impl Whole<'_> {
     /// How many runs of the box begin in some cells of it, whose columns are given.
     ///
     /// # Errors
-    /// Those of [`Engine::columns`].
+    /// Those of [`Whole::columns`].
     pub(super) async fn runs(
         &self,
         columns: &Columns,
         [first, end]: [[u32; 3]; 2],
-        backend: Backend<'_>,
+        backend: &mut Backend<'_>,
     ) -> Result<u64> {
         let axis = columns.rays().axis;
         let border = first[axis];
@@ -89,54 +123,12 @@ impl Whole<'_> {
     }
 
     /// The columns of a slab across an axis.
-    async fn slab(&self, cells: [[u32; 3]; 2], axis: usize, backend: Backend<'_>) -> Result<Columns> {
+    async fn slab(&self, cells: [[u32; 3]; 2], axis: usize, backend: &mut Backend<'_>) -> Result<Columns> {
         let [one, other] = [(axis + 1) % 3, (axis + 2) % 3];
         let n_cells = |axis: usize| cells[1][axis] - cells[0][axis];
-        let (along, max_bytes) = (if n_cells(one) >= n_cells(other) { one } else { other }, backend.1.columns);
+        let (along, max_bytes) = (if n_cells(one) >= n_cells(other) { one } else { other }, backend.budget.columns);
         self.columns((cells, along), max_bytes, backend).await
     }
-
-    /// The columns of some cells with rays along an axis, of at most so many bytes.
-    ///
-    /// # Errors
-    /// Those of [`Engine::columns`].
-    pub(super) async fn columns(
-        &self,
-        (cells, along): ([[u32; 3]; 2], usize),
-        max_bytes: u64,
-        (engine, budget, control): Backend<'_>,
-    ) -> Result<Columns> {
-        let (frame, control) = (self.frame.window(cells), control.without_progress());
-        let rays = Rays::new(along, frame.dims);
-        let cast = Cast { frame: &frame, rays: &rays, rule: self.rule };
-        let parts = self.parts.iter().map(|part| part.window(cells, self.frame)).collect();
-        let doubt = Doubt::new(rays, MAX_BOXES, None);
-        let lines = self.lines.window(cells);
-        let (mut overlay, _) = overlay(parts, &cast, (self.flags, &lines, doubt), (engine, budget, &control)).await?;
-        let mut builder = ColumnsBuilder::new(rays, max_bytes, None);
-        engine.build(&cast, budget, &mut builder, &mut overlay, &control).await?;
-        builder.finish()
-    }
-}
-
-/// Casts the rays that decide parts, and puts these over what follows, if there are any.
-///
-/// # Errors
-/// Those of [`Engine::columns`].
-pub(super) async fn overlay(
-    parts: Vec<Part>,
-    cast: &Cast<'_>,
-    (flags, lines, doubt): (&[u8], &Lines, Doubt),
-    (engine, budget, control): Backend<'_>,
-) -> Result<(Option<Overlay>, Used)> {
-    let (mut decided, mut used) = (Vec::with_capacity(parts.len()), Used::default());
-    for part in parts {
-        let (crossings, more) = engine.axis_crossings(&part.casts(cast), cast.rays, budget.bands, control).await?;
-        let shifts = part.shifts(cast.frame, lines, control).await?;
-        decided.push((part, crossings, shifts));
-        used = used.and(more);
-    }
-    Ok((Overlay::new(decided, cast, flags, doubt), used))
 }
 
 /// A cell with another index along an axis.

@@ -6,8 +6,8 @@
 use super::engine::Engine;
 use super::memory_budget::memory_of;
 use super::options::MeshOptions;
-use super::prepare::{Prepared, prepare};
-use super::snapped::snapped;
+use super::prepare::{Prepared, Task, prepare};
+use super::surfaces::snapped;
 use hexcast_core::base::control::Control;
 use hexcast_core::base::error::{Error, Result};
 use hexcast_core::input::job::Job;
@@ -42,8 +42,10 @@ pub async fn mesh_on_device(
     let prepared = prepare(job, sources)?;
     let memory = memory_of(job, options, &prepared, control)?;
     control.rest().await?;
-    let Snapped { frame, closed, .. } = snapped((job, options), &prepared, &memory, control).await?;
-    let Prepared { whole, geometries, window, rays, .. } = &prepared;
+    let (prepared, memory) = (&prepared, &memory);
+    let task = Task { job, options, prepared, inputs: &[], memory, control, is_measured: false };
+    let Snapped { frame, closed, .. } = snapped(&task).await?;
+    let Prepared { whole, geometries, window, rays, .. } = prepared;
     let (frame, parts) =
         overlay::split(frame, &closed, (job.rule, window.is_some()), (whole, geometries), control).await?;
     if let Some(part) = parts.first() {

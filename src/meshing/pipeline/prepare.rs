@@ -1,20 +1,23 @@
 //! What a job becomes on the host before a ray is cast.
 
+use super::options::MeshOptions;
 use crate::meshing::parts::parts;
+use crate::meshing::report::InputReport;
+use hexcast_core::base::control::Control;
 use hexcast_core::base::error::{Error, Result};
 use hexcast_core::base::finding::Finding;
+use hexcast_core::base::memory::Memory;
 use hexcast_core::derived::mesh::Named;
 use hexcast_core::grid::domain::{BoundingBox, Domain};
 use hexcast_core::grid::frame::check_limits;
 use hexcast_core::grid::lines::{Body, Lines, check_n_cells, graded, lines};
 use hexcast_core::grid::rays::Rays;
 use hexcast_core::grid::window::CellWindow;
-use hexcast_core::input::geometry::Geometry;
+use hexcast_core::input::geometry::{Geometry, joined_names};
 use hexcast_core::input::job::{AxisChoice, GradedJob, HaloEdge, Job, LinksJob, PartJob, ZarrJob};
 use hexcast_core::input::sources::{Source, geometries, unit};
+use hexcast_core::set;
 use hexcast_files::shards::Shards;
-
-use super::names::names;
 
 /// Most geometries that links and surfaces of cells have numbers for: 0 to 32,767.
 const MAX_NUMBERED: usize = 1 << 15;
@@ -48,6 +51,18 @@ pub struct Prepared {
     pub lines: Lines,
     /// The rays through these.
     pub rays: Rays,
+}
+
+/// A job on its way: what all stages look at.
+pub(super) struct Task<'a> {
+    pub(super) job: &'a Job,
+    pub(super) options: &'a MeshOptions,
+    pub(super) prepared: &'a Prepared,
+    pub(super) inputs: &'a [InputReport],
+    pub(super) memory: &'a Memory,
+    pub(super) control: &'a Control,
+    /// Whether what the job asks for beside the cells shall be measured.
+    pub(super) is_measured: bool,
 }
 
 /// Makes geometries, domain, lines and rays of a job.
@@ -135,6 +150,11 @@ impl Prepared {
         self.asked.unwrap_or([[0; 3], self.whole.dims()])
     }
 
+    /// The cells that are cast: with the halo, as far as that is within the box.
+    pub(super) fn cast_cells(&self) -> [[u32; 3]; 2] {
+        self.window.unwrap_or([[0; 3], self.whole.dims()])
+    }
+
     /// These, with the halo of their mesh.
     pub(super) fn cell_window(&self) -> CellWindow {
         let [first, end] = self.cells();
@@ -184,4 +204,36 @@ fn window(job: &Job, whole: &Lines) -> Result<Option<[[u32; 3]; 2]>> {
         ));
     }
     Ok(Some([[i0, j0, k0], end]))
+}
+
+/// One name a flag: those of its geometries; flag 0 has one where the job names it.
+///
+/// # Errors
+/// `job-conflict` where geometries of one flag have different materials.
+fn names(job: &Job, geometries: &[Geometry]) -> Result<Vec<Named>> {
+    let mut of_flags: Vec<Vec<&Geometry>> = Vec::new();
+    for geometry in geometries {
+        match of_flags.iter_mut().find(|others| others[0].flag == geometry.flag) {
+            Some(others) if others[0].material != geometry.material => {
+                let message = format!(
+                    "\"{}\" and \"{}\" have flag {} and different materials",
+                    others[0].name, geometry.name, geometry.flag
+                );
+                return Err(Error::new("job-conflict", message, "give them different flags, or the same material"));
+            }
+            Some(others) => others.push(geometry),
+            None => of_flags.push(vec![geometry]),
+        }
+    }
+    let named = |flag, name: String, material| set!(Named { material, ..Named::new(flag, name) });
+    let of_flag = |of_flag: Vec<&Geometry>| {
+        let name = joined_names(of_flag.iter().map(|geometry| &geometry.name[..]));
+        named(of_flag[0].flag, name, of_flag[0].material)
+    };
+    let mut names: Vec<Named> = of_flags.into_iter().map(of_flag).collect();
+    if let Some(background) = &job.background {
+        let name = background.name.clone().unwrap_or_else(|| "background".into());
+        names.push(named(0, name, background.material));
+    }
+    Ok(names)
 }

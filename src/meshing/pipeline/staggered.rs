@@ -1,54 +1,34 @@
-//! What is measured beside the cells, one after the other; casts the points of a staggered grid: six boxes in the frame of the mesh, on its backend.
+//! Casts the points of a staggered grid: six boxes in the frame of the mesh, on its backend.
 
-use super::borders::{Left, Whole, overlay};
-use super::measured::Uncut;
-use super::prepare::Prepared;
+use super::backend::Backend;
+use super::cut::Cut;
+use super::meshed::Meshed;
+use super::prepare::Task;
+use super::uncut::Uncut;
 use crate::meshing::report::MAX_BOXES;
 use hexcast_core::base::error::Result;
-use hexcast_core::cells::columns::{Columns, ColumnsBuilder};
-use hexcast_core::derived::fractions::Fractions;
-use hexcast_core::derived::links::Links;
+use hexcast_core::cells::columns::Columns;
 use hexcast_core::derived::staggered::{COMPONENTS, Conductors, Staggered, check_dims};
 use hexcast_core::grid::frame::Frame;
 use hexcast_core::grid::rays::Rays;
 use hexcast_core::input::geometry::{Fill, Geometry};
-use hexcast_core::input::job::Job;
 use hexcast_core::open_surfaces::doubt::Doubt;
 use hexcast_core::open_surfaces::overlay::split;
 use hexcast_core::stages::cast::Cast;
 
 impl Uncut {
-    /// All that a job asks for: each is held with those before it.
-    ///
-    /// # Errors
-    /// Those of [`Uncut::links`], [`Uncut::fractions`] and [`Uncut::staggered`].
-    pub(super) async fn all(
-        &self,
-        job: &Job,
-        (prepared, columns, whole): (&Prepared, &Columns, &Whole<'_>),
-        (mut bytes_left, (engine, budget, control)): Left<'_>,
-    ) -> Result<(Option<Links>, Option<Fractions>, Option<Staggered>)> {
-        let left = (bytes_left, (&mut *engine, budget, control));
-        let links = self.links(job, (prepared, columns, whole), left).await?;
-        bytes_left = bytes_left.saturating_sub(links.as_ref().map_or(0, Links::n_bytes));
-        let fractions = self.fractions(job, prepared, bytes_left, control).await?;
-        bytes_left = bytes_left.saturating_sub(fractions.as_ref().map_or(0, Fractions::n_bytes));
-        let staggered =
-            self.staggered(job, (prepared, columns, whole), (bytes_left, (engine, budget, control))).await?;
-        Ok((links, fractions, staggered))
-    }
-
     /// The flags of the staggered grid of a job.
     ///
     /// # Errors
     /// Those of [`check_dims`], [`split`] and [`crate::meshing::pipeline::Engine::columns`]; `memory` where columns would take more than there is.
     pub(super) async fn staggered(
         &self,
-        job: &Job,
-        (prepared, columns, whole): (&Prepared, &Columns, &Whole<'_>),
-        left: Left<'_>,
+        task: &Task<'_>,
+        (cut, meshed): (&Cut, &Meshed),
+        max_bytes: u64,
+        backend: &mut Backend<'_>,
     ) -> Result<Option<Staggered>> {
-        let (max_bytes, (engine, budget, control)) = left;
+        let &Task { job, prepared, .. } = task;
         if !job.staggered {
             return Ok(None);
         }
@@ -75,21 +55,21 @@ impl Uncut {
         // this frame, its copy, the two made of that, and one that is cast
         let frames = 5 * 38 * self.frame.facets.len() as u64;
         let (mut codes, mut n_bytes) = (Vec::with_capacity(COMPONENTS.len()), frames);
-        let control = &control.without_progress();
+        let control = &backend.control.without_progress();
+        let mut backend = backend.with_control(control);
         for (_, is_moved) in COMPONENTS {
             let around = (frame.clone().around_faces(is_moved), points_of(near, is_moved));
             let left = max_bytes.saturating_sub(n_bytes);
-            let columns =
-                self.points(around, (job, prepared, &insides), (left, (&mut *engine, budget, control))).await?;
+            let columns = self.points(around, (task, &insides), left, &mut backend).await?;
             n_bytes += columns.n_bytes();
             codes.push(columns);
         }
         let left = max_bytes.saturating_sub(n_bytes);
         let mut staggered = Staggered::new(codes, &flags, (&sheets, near), (left, control))?;
         if !job.conductors.is_empty() {
-            let cells = match near == prepared.window.unwrap_or([[0; 3], dims]) {
-                true => columns.clone(),
-                false => whole.columns((near, prepared.rays.axis), left, (&mut *engine, budget, control)).await?,
+            let cells = match near == prepared.cast_cells() {
+                true => meshed.columns.clone(),
+                false => cut.whole(task).columns((near, prepared.rays.axis), left, &mut backend).await?,
             };
             staggered = staggered.with_conductors(&Conductors::new(cells, &job.conductors, &flags));
         }
@@ -104,15 +84,16 @@ impl Uncut {
     async fn points(
         &self,
         (mut frame, cells): (Frame, [[u32; 3]; 2]),
-        (job, prepared, insides): (&Job, &Prepared, &[Geometry]),
-        (max_bytes, backend): Left<'_>,
+        (task, insides): (&Task<'_>, &[Geometry]),
+        max_bytes: u64,
+        backend: &mut Backend<'_>,
     ) -> Result<Columns> {
-        let (engine, budget, control) = backend;
+        let &Task { job, prepared, .. } = task;
         let codes = frame.ranks.flag_of_rank.clone();
         let is_for_window = prepared.window.is_some();
         let mut parts;
         (frame, parts) =
-            split(frame, &self.closed, (job.rule, is_for_window), (&prepared.whole, insides), control).await?;
+            split(frame, &self.closed, (job.rule, is_for_window), (&prepared.whole, insides), backend.control).await?;
         if is_for_window {
             parts = parts.iter().map(|part| part.window(cells, &frame)).collect();
             frame = frame.window(cells);
@@ -120,10 +101,7 @@ impl Uncut {
         let rays = Rays::new(prepared.rays.axis, frame.dims);
         let cast = Cast { frame: &frame, rays: &rays, rule: job.rule };
         let decided = (&codes[..], &prepared.whole, Doubt::new(rays, MAX_BOXES, None));
-        let (mut overlay, _) = overlay(parts, &cast, decided, (&mut *engine, budget, control)).await?;
-        let mut builder = ColumnsBuilder::new(rays, max_bytes, None);
-        engine.build(&cast, budget, &mut builder, &mut overlay, control).await?;
-        builder.finish()
+        backend.columns(&cast, parts, decided, max_bytes).await
     }
 }
 
