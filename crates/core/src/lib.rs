@@ -59,6 +59,7 @@ pub mod stages {
     pub mod kept;
     pub mod lattice;
     pub mod map;
+    pub mod slots;
     pub mod snapping;
 }
 #[doc(hidden)]

@@ -2,6 +2,9 @@
 //! that the page does not load a scheduler that it cannot use.
 
 #[cfg(not(target_arch = "wasm32"))]
+use std::ops::Range;
+
+#[cfg(not(target_arch = "wasm32"))]
 pub use rayon::{current_num_threads, prelude::*};
 #[cfg(target_arch = "wasm32")]
 pub use single::*;
@@ -15,15 +18,27 @@ pub fn beside<T>(other: impl FnOnce() + Send, here: impl FnOnce() -> T) -> T {
     })
 }
 
+/// What becomes of numbers, in their order, on all cores; a core works in memory that it uses again.
+#[cfg(not(target_arch = "wasm32"))]
+pub fn map_within<S: Default, T: Send>(numbers: Range<u32>, of: impl Fn(&mut S, u32) -> T + Sync + Send) -> Vec<T> {
+    numbers.into_par_iter().map_init(S::default, of).collect()
+}
+
 /// The names of rayon on one thread.
 #[cfg(target_arch = "wasm32")]
 mod single {
     /// An iterator whose number of items is known.
     pub use std::iter::ExactSizeIterator as IndexedParallelIterator;
+    use std::ops::Range;
     use std::slice::{Chunks, ChunksMut, Iter, IterMut};
 
     pub fn current_num_threads() -> usize {
         1
+    }
+
+    pub fn map_within<S: Default, T>(numbers: Range<u32>, of: impl Fn(&mut S, u32) -> T) -> Vec<T> {
+        let mut memory = S::default();
+        numbers.map(|number| of(&mut memory, number)).collect()
     }
 
     pub fn beside<T>(other: impl FnOnce(), here: impl FnOnce() -> T) -> T {

@@ -17,6 +17,7 @@ use crate::stages::crossings::{Crossings, crossings, crossings_of_window};
 use crate::stages::facet::rays_under;
 use crate::stages::lattice::{Lattice, lattice};
 use crate::stages::map::{Mapping, map};
+use crate::stages::slots;
 
 /// Rays of a strip, if the rows are not longer: small enough that its crossings stay in a core's cache.
 const RAYS_PER_STRIP: u32 = 16_384;
@@ -159,13 +160,18 @@ impl<'a> Strips<'a> {
     /// # Errors
     /// `cancelled` when the control says so.
     pub fn round(&mut self, control: &Control) -> Result<Option<Vec<Band>>> {
-        let mapping = mapping(&self.cast);
-        let bands = self.round_of(false, control, |crossings| map(&crossings, &mapping))?;
-        let (n_rays, n_strips) = (self.cast.rays.n_rays(), self.lattice.rows.end);
-        if bands.is_some() {
-            control.advance(u64::from(self.next) * n_rays / u64::from(n_strips), n_rays);
-        }
-        Ok(bands)
+        let Some((strips, skipped)) = self.next_strips(control)? else { return Ok(None) };
+        let (Cast { frame, rays, .. }, mapping) = (self.cast, mapping(&self.cast));
+        let bands = map_within(strips.clone(), |scratch, strip| {
+            if strip == strips.start && skipped > 0 {
+                map(&crossings(frame, rays, &self.lattice, strip, false).without_first(skipped), &mapping)
+            } else {
+                slots::band((frame, rays), &self.lattice, strip, &mapping, scratch)
+            }
+        });
+        let (n_rays, n_strips) = (rays.n_rays(), self.lattice.rows.end);
+        control.advance(u64::from(self.next) * n_rays / u64::from(n_strips), n_rays);
+        Ok(Some(bands))
     }
 
     /// Casts the rays of the next strips on all cores, with the facets of their crossings, if asked; none once all are done.
@@ -173,29 +179,20 @@ impl<'a> Strips<'a> {
     /// # Errors
     /// `cancelled` when the control says so.
     pub fn crossings(&mut self, with_facets: bool, control: &Control) -> Result<Option<Vec<Crossings>>> {
-        self.round_of(with_facets, control, |crossings| crossings)
+        let Some((strips, skipped)) = self.next_strips(control)? else { return Ok(None) };
+        let of_strip = |strip| {
+            let crossings = crossings(self.cast.frame, self.cast.rays, &self.lattice, strip, with_facets);
+            crossings.without_first(if strip == strips.start { skipped } else { 0 })
+        };
+        Ok(Some(strips.clone().into_par_iter().map(of_strip).collect()))
     }
 
-    fn round_of<T: Send>(
-        &mut self,
-        with_facets: bool,
-        control: &Control,
-        of: impl Fn(Crossings) -> T + Sync,
-    ) -> Result<Option<Vec<T>>> {
+    /// The next strips, and how many rays of the first to leave out; none once all are done.
+    fn next_strips(&mut self, control: &Control) -> Result<Option<(Range<u32>, usize)>> {
         control.check()?;
-        let first = self.next;
-        if first >= self.lattice.rows.end {
-            return Ok(None);
-        }
-        let end = first.saturating_add(self.per_round).min(self.lattice.rows.end);
-        let Cast { frame, rays, .. } = self.cast;
-        let of_strip = |strip| {
-            let skipped = if strip == first { self.skipped } else { 0 };
-            of(crossings(frame, rays, &self.lattice, strip, with_facets).without_first(skipped))
-        };
-        let strips = (first..end).into_par_iter().map(of_strip).collect();
-        (self.next, self.skipped) = (end, 0);
-        Ok(Some(strips))
+        let (first, end) = (self.next, self.next.saturating_add(self.per_round).min(self.lattice.rows.end));
+        self.next = end;
+        Ok((first < end).then(|| (first..end, std::mem::take(&mut self.skipped))))
     }
 
     fn columns(mut self, control: &Control) -> Result<Columns> {

@@ -18,11 +18,13 @@ use std::ops::Range;
 use crate::base::sort::sort;
 use crate::grid::frame::Frame;
 use crate::grid::rays::Rays;
+use crate::stages::crossings::rows::{List, Rows};
 use crate::stages::facet::Projected;
 use crate::stages::lattice::Lattice;
 
 mod graded;
 pub(crate) mod places;
+pub(crate) mod rows;
 
 /// Crossings of consecutive rays, in no order within a ray.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -169,25 +171,19 @@ fn cast<'a, T>(
             let tag = event(0, frame.rank_of_facet(facet as usize), projected.exits);
             let hit =
                 |i, j, cell, _| ((j - window[1].start) * n_across + i - window[0].start, of(cell << 9 | tag, facet));
-            self::hits(&projected, (frame, rays), &bin, hit, &mut hits);
+            self::hits(&projected, (frame, rays), &bin, &mut List { hit, hits: &mut hits });
         }
     }
     hits
 }
 
-/// Appends `hit(i, j, first cell above, place)` for every ray of a window that hits a facet; the place is in units, to 2^-50 of itself.
+/// Passes on the hits of a facet with the rays of a window.
 #[inline(always)]
-pub(crate) fn hits<T>(
-    facet: &Projected,
-    (frame, rays): (&Frame, &Rays),
-    window: &[Range<u32>; 2],
-    hit: impl Fn(u32, u32, u32, f64) -> T,
-    hits: &mut Vec<T>,
-) {
+pub(crate) fn hits(facet: &Projected, (frame, rays): (&Frame, &Rays), window: &[Range<u32>; 2], rows: &mut impl Rows) {
     if frame.is_graded() {
-        graded::hits(facet, (frame, rays), window, hit, hits);
+        graded::hits(facet, (frame, rays), window, rows);
     } else {
-        RowCaster::new(facet, frame.fraction_bits, rays.depth).hits(window, hit, hits);
+        RowCaster::new(facet, frame.fraction_bits, rays.depth).hits(window, rows);
     }
 }
 
@@ -236,30 +232,50 @@ impl<'a> RowCaster<'a> {
         RowCaster { facet, fraction_bits, depth: i64::from(depth), step, on_unit }
     }
 
-    /// Appends `hit(i, j, first cell above, place)` for every ray of the window that hits the facet; the place is in units, to 2^-50 of itself.
+    /// Passes on the hits with the rays of a window.
     #[inline(always)]
-    fn hits<T>(&self, window: &[Range<u32>; 2], hit: impl Fn(u32, u32, u32, f64) -> T, hits: &mut Vec<T>) {
+    fn hits(&self, window: &[Range<u32>; 2], rows: &mut impl Rows) {
         let [across, down] = self.facet.rays;
         let tie_is_above = self.facet.tie_is_above && self.on_unit;
-        let [unit, area] = [f64::from(1u32 << self.fraction_bits), self.facet.area as f64];
+        let (unit, depth, area, step) = (f64::from(1u32 << self.fraction_bits), self.depth, self.facet.area, self.step);
+        let limits = [window[0].start.max(across[0]), window[0].end.min(across[1] + 1)];
+        let limits = limits.map(|i| i64::from(i) - i64::from(across[0]));
         for j in window[1].start.max(down[0])..window[1].end.min(down[1] + 1) {
             let dj = i64::from(j - down[0]);
-            let limits = [window[0].start.max(across[0]), window[0].end.min(across[1] + 1)];
-            let Some([start, end]) = self.hit_range(dj, limits.map(|i| i64::from(i) - i64::from(across[0]))) else {
-                continue;
-            };
+            let Some([start, end]) = self.hit_range(dj, limits) else { continue };
             let (mut cell, mut rest) = self.cell_below(start, dj);
-            hits.extend((start..end).map(|di| {
-                let above = cell + i64::from(!(rest == 0 && tie_is_above));
-                let place = (cell as f64 + rest as f64 / area) * unit;
-                cell += self.step.0;
-                rest += self.step.1;
-                if rest >= self.facet.area {
-                    rest -= self.facet.area;
-                    cell += 1;
-                }
-                hit(across[0] + di as u32, j, above.clamp(0, self.depth) as u32, place)
-            }));
+            let hit_rays = across[0] + start as u32..across[0] + end as u32;
+            let mut next = move || {
+                let below = (cell, rest);
+                rest += step.1;
+                let carry = rest >= area;
+                cell += step.0 + i64::from(carry);
+                rest -= if carry { area } else { 0 };
+                below
+            };
+            let place = |(cell, rest): (i64, i64)| (cell as f64 + rest as f64 / area as f64) * unit;
+            // at the row's ends, where the facet is highest and lowest, or past them
+            let ends = [cell, cell + (end - start) * step.0, cell + (end - start) * (step.0 + 1)];
+            if !tie_is_above && ends.into_iter().all(|cell| 0 <= cell && cell < depth) {
+                rows.row(
+                    j,
+                    hit_rays,
+                    (start..end).map(|_| {
+                        let below = next();
+                        (below.0 as u32 + 1, place(below))
+                    }),
+                );
+            } else {
+                rows.row(
+                    j,
+                    hit_rays,
+                    (start..end).map(|_| {
+                        let below = next();
+                        let above = below.0 + i64::from(!(below.1 == 0 && tie_is_above));
+                        (above.clamp(0, depth) as u32, place(below))
+                    }),
+                );
+            }
         }
     }
 

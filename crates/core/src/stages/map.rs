@@ -10,14 +10,11 @@
 //! geometry only up to the last cell where its counter was zero.
 //!
 //! Source: the paper, section 2.4 and Eq. 20; the counters are ours. Twin: `shaders/map.wgsl`.
-//! Cost: O(c log c) time for c crossings of a ray; 4 bytes a run. A single geometry under `parity` needs no
-//! counters: `map/alternate.rs`.
+//! Cost: O(c log c) time for c crossings of a ray; 4 bytes a run. `slots` maps many rays faster.
 
 use crate::cells::columns::{Band, run};
 pub use crate::input::job::Rule;
 use crate::stages::crossings::Crossings;
-
-mod alternate;
 
 /// What the mapping needs besides the crossings.
 #[derive(Debug, Clone, Copy)]
@@ -32,37 +29,112 @@ pub struct Mapping<'a> {
 
 /// Maps the crossings of consecutive rays to runs.
 pub fn map(crossings: &Crossings, mapping: &Mapping) -> Band {
-    let n_rays = crossings.offsets.len() - 1;
     let mut band = Band {
         first_ray: crossings.first_ray,
-        ends: Vec::with_capacity(n_rays),
-        runs: Vec::with_capacity(crossings.events.len()),
+        ends: Vec::with_capacity(crossings.offsets.len() - 1),
+        runs: vec![0; crossings.events.len()],
         odd_rays: 0,
         n_crossings: crossings.events.len() as u64,
     };
-    match mapping {
-        &Mapping { rule: Rule::Parity, flag_of_rank: &[flag], depth } => {
-            alternate::alternate(crossings, flag, depth, &mut band);
-        }
-        _ => count(crossings, mapping, &mut band),
-    }
+    let (mut sweep, mut end) = (Sweep::new(mapping), 0);
+    crossings.for_each_ray(|_, events| {
+        let (n_runs, is_odd) = sweep.ray(events, &mut band.runs[end..]);
+        end += n_runs;
+        band.odd_rays += u64::from(is_odd);
+        band.ends.push(end as u32);
+    });
+    band.runs.truncate(end);
     band.runs.shrink_to_fit();
     band
 }
 
-/// Maps by counters: any rule and any geometries.
-fn count(crossings: &Crossings, mapping: &Mapping, band: &mut Band) {
-    let mut events = Vec::new();
-    let mut changes = Vec::new();
-    for ray in crossings.offsets.windows(2) {
-        events.clear();
-        events.extend(crossings.events[ray[0] as usize..ray[1] as usize].iter().copied().map(by_rank));
-        if !events.is_empty() {
-            changes.clear();
-            band.odd_rays += u64::from(insides(&mut events, mapping.rule, &mut changes));
-            sweep(&mut changes, mapping, &mut band.runs);
+/// Ranks that a word has a bit of.
+const FEW_RANKS: usize = 64;
+
+/// Maps ray after ray by counters: any rule and any geometries.
+pub(crate) struct Sweep<'a> {
+    mapping: Mapping<'a>,
+    /// The counter of each rank, if there are few; 0 between rays.
+    counters: [i32; FEW_RANKS],
+    /// The flag where no geometry is inside, and of each rank, if there are few.
+    flags: [u8; FEW_RANKS + 1],
+    events: Vec<u32>,
+    changes: Vec<u32>,
+}
+
+impl<'a> Sweep<'a> {
+    pub(crate) fn new(mapping: &Mapping<'a>) -> Sweep<'a> {
+        let mut flags = [0; FEW_RANKS + 1];
+        for (flag, of_rank) in flags[1..].iter_mut().zip(mapping.flag_of_rank) {
+            *flag = *of_rank;
         }
-        band.ends.push(band.runs.len() as u32);
+        Sweep { mapping: *mapping, counters: [0; FEW_RANKS], flags, events: Vec::new(), changes: Vec::new() }
+    }
+
+    pub(crate) fn rule(&self) -> Rule {
+        self.mapping.rule
+    }
+
+    pub(crate) fn depth(&self) -> u32 {
+        self.mapping.depth
+    }
+
+    /// The flag of each rank, if there are few.
+    #[inline(always)]
+    pub(crate) fn flags(&self) -> Option<&[u8; FEW_RANKS]> {
+        (self.mapping.flag_of_rank.len() <= FEW_RANKS).then(|| self.flags[1..].try_into().expect("a flag less"))
+    }
+
+    /// Writes the runs of a ray, at most one a crossing, given its crossings in order; returns how many there are, and whether a counter
+    /// stays open.
+    #[inline(always)]
+    pub(crate) fn ray(&mut self, events: &[u32], runs: &mut [u32]) -> (usize, bool) {
+        if self.mapping.flag_of_rank.len() <= FEW_RANKS {
+            let closed = match self.mapping.rule {
+                Rule::Parity => self.of_few(events, runs, |_, inside, rank, _| inside ^ 1 << rank),
+                Rule::Nonzero => self.of_few(events, runs, |counters, inside, rank, step| {
+                    counters[rank] += step;
+                    inside & !(1 << rank) | u64::from(counters[rank] != 0) << rank
+                }),
+            };
+            if let Some(n_runs) = closed {
+                return (n_runs, false);
+            }
+            self.counters = [0; FEW_RANKS];
+        }
+        self.of_any(events, runs)
+    }
+
+    /// Of few ranks: one pass, with the set of those that are inside, which a crossing changes. None if one stays inside.
+    #[inline(always)]
+    fn of_few(
+        &mut self,
+        events: &[u32],
+        runs: &mut [u32],
+        crossed: impl Fn(&mut [i32; FEW_RANKS], u64, usize, i32) -> u64,
+    ) -> Option<usize> {
+        let (mut inside, mut flag, mut n_runs) = (0u64, 0, 0);
+        for (at, &event) in events.iter().enumerate() {
+            let (cell, rank) = (event >> 9, (event >> 1) as usize % FEW_RANKS);
+            inside = crossed(&mut self.counters, inside, rank, 1 - 2 * (event & 1) as i32);
+            let ends_cell = events.get(at + 1).is_none_or(|next| next >> 9 != cell);
+            let winner = self.flags[FEW_RANKS - inside.leading_zeros() as usize];
+            if ends_cell && winner != flag && cell < self.mapping.depth {
+                runs[n_runs] = run(cell, winner);
+                n_runs += 1;
+                flag = winner;
+            }
+        }
+        (inside == 0).then_some(n_runs)
+    }
+
+    /// Of any number of ranks, and where surfaces are open.
+    fn of_any(&mut self, events: &[u32], runs: &mut [u32]) -> (usize, bool) {
+        self.events.clear();
+        self.events.extend(events.iter().copied().map(by_rank));
+        self.changes.clear();
+        let is_odd = insides(&mut self.events, self.mapping.rule, &mut self.changes);
+        (sweep(&mut self.changes, &self.mapping, runs), is_odd)
     }
 }
 
@@ -73,7 +145,6 @@ fn by_rank(event: u32) -> u32 {
 }
 
 /// Finds where each geometry begins and ends along a ray, as `cell << 8 | rank`; true if a counter stays open.
-#[inline(always)]
 fn insides(events: &mut [u32], rule: Rule, changes: &mut Vec<u32>) -> bool {
     events.sort_unstable();
     let mut odd = false;
@@ -106,14 +177,13 @@ fn insides(events: &mut [u32], rule: Rule, changes: &mut Vec<u32>) -> bool {
     odd
 }
 
-/// Sweeps the beginnings and ends of all geometries along a ray and appends a run wherever the winning flag changes.
-#[inline(always)]
-fn sweep(changes: &mut [u32], mapping: &Mapping, runs: &mut Vec<u32>) {
+/// Sweeps the beginnings and ends of all geometries along a ray and writes a run wherever the winning flag changes; returns how many.
+fn sweep(changes: &mut [u32], mapping: &Mapping, runs: &mut [u32]) -> usize {
     if mapping.flag_of_rank.len() > 1 {
         changes.sort_unstable();
     }
     let mut inside = [0u32; 8];
-    let mut flag = 0;
+    let (mut flag, mut n_runs) = (0, 0);
     let mut at = 0;
     while at < changes.len() {
         let cell = changes[at] >> 8;
@@ -127,10 +197,12 @@ fn sweep(changes: &mut [u32], mapping: &Mapping, runs: &mut Vec<u32>) {
         }
         let winner = highest_rank(&inside).map_or(0, |rank| mapping.flag_of_rank[rank]);
         if winner != flag {
-            runs.push(run(cell, winner));
+            runs[n_runs] = run(cell, winner);
+            n_runs += 1;
             flag = winner;
         }
     }
+    n_runs
 }
 
 #[inline(always)]

@@ -39,8 +39,6 @@ use super::numbers::{Numbers, corner_hash, is_collapsed};
 const CHUNK: usize = 4096;
 /// Facets of a step: some tens of milliseconds.
 const FACETS_AT_ONCE: usize = 64 * CHUNK;
-/// Crossings of a facet that are held at a time, about.
-const HITS_AT_ONCE: u32 = 1 << 14;
 
 /// A shell of a geometry.
 #[derive(Debug, Clone, PartialEq)]
@@ -303,12 +301,8 @@ impl Caster<'_> {
         // few facets of a shell without cells are under a ray
         let Some([[first, last], [top, bottom]]) = rays_under(facet, self.frame, rays) else { return };
         let Some(projected) = Projected::new(facet, self.frame, rays) else { return };
-        let n_rows = (HITS_AT_ONCE / (last - first + 1)).max(1);
-        let mut found = Vec::new();
-        for row in (top..=bottom).step_by(n_rows as usize) {
-            let window = [first..last + 1, row..(bottom + 1).min(row.saturating_add(n_rows))];
-            hits(&projected, (self.frame, rays), &window, |i, j, cell, place| ([i, j, cell], place), &mut found);
-            found.drain(..).for_each(|(at, place)| each(projected.exits, at, place));
-        }
+        let window = [first..last + 1, top..bottom + 1];
+        let mut each_hit = |i, j, cell, place| each(projected.exits, [i, j, cell], place);
+        hits(&projected, (self.frame, rays), &window, &mut each_hit);
     }
 }

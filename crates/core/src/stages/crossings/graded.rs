@@ -9,19 +9,14 @@
 
 use std::ops::Range;
 
+use super::rows::Rows;
 use crate::grid::frame::Frame;
 use crate::grid::rays::Rays;
 use crate::stages::facet::Projected;
 
-/// Appends `hit(i, j, first cell above, place in units)` for every ray of the window that hits the facet.
+/// Passes on the hits of a facet with the rays of a window.
 #[inline(always)]
-pub(super) fn hits<T>(
-    facet: &Projected,
-    (frame, rays): (&Frame, &Rays),
-    window: &[Range<u32>; 2],
-    hit: impl Fn(u32, u32, u32, f64) -> T,
-    hits: &mut Vec<T>,
-) {
+pub(super) fn hits(facet: &Projected, (frame, rays): (&Frame, &Rays), window: &[Range<u32>; 2], rows: &mut impl Rows) {
     let [across, down] = facet.rays;
     let from = |side: usize, ray: u32| {
         let centre = |ray: u32| i64::from(frame.centre(rays.across[side], ray));
@@ -37,12 +32,13 @@ pub(super) fn hits<T>(
             let n = first_where(&range, |i| is_inside(i) == rising);
             if rising { n..range.end } else { range.start..n }
         });
-        for i in range {
+        let hits = range.clone().map(|i| {
             let (below, rest) = height(facet, [from(0, i), dj]);
             // a centre at the crossing is above it only by the tie rule
             let above = frame.n_below(rays.axis, below, !(rest == 0 && facet.tie_is_above));
-            hits.push(hit(i, j, above, f64::from(below) + rest as f64 / facet.area as f64));
-        }
+            (above, f64::from(below) + rest as f64 / facet.area as f64)
+        });
+        rows.row(j, range, hits);
     }
 }
 

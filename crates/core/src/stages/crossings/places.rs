@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::by_ray;
+use super::rows::List;
 use crate::grid::frame::Frame;
 use crate::grid::rays::Rays;
 use crate::stages::facet::Projected;
@@ -29,7 +30,7 @@ pub(crate) fn places(
         let Some(projected) = Projected::new(&frame.facets[facet as usize], frame, rays) else { continue };
         let event = u64::from(super::event(0, frame.rank_of_facet(facet as usize), projected.exits));
         let hit = |i, j, _, at| ((j - first) * rays.counts[0] + i, place(at) << EVENT_BITS | event);
-        super::hits(&projected, (frame, rays), &window, hit, &mut hits);
+        super::hits(&projected, (frame, rays), &window, &mut List { hit, hits: &mut hits });
     }
     by_ray(&hits, window[0].len() * window[1].len())
 }
