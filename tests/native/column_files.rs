@@ -58,12 +58,12 @@ fn crafted() -> Vec<u8> {
     [file, with_crc(end), place.to_vec(), b"HXC END\n".to_vec()].concat()
 }
 
-/// Runs hexcast where no more than so many kilobytes can be addressed.
+/// Runs hexcast where no more than so many kilobytes can be addressed, on two threads: the allocator addresses as much for each.
 fn hexcast_within(kilobytes: u32, arguments: &[&str]) -> Output {
     let script = format!("ulimit -v {kilobytes} && exec \"$0\" \"$@\"");
     let mut command = Command::new("bash");
     command.args(["-c", &script, env!("CARGO_BIN_EXE_hexcast")]).args(arguments);
-    command.output().expect("bash starts")
+    command.env("RAYON_NUM_THREADS", "2").output().expect("bash starts")
 }
 
 #[test]

@@ -16,6 +16,7 @@ use hexcast::sources::Source;
 use serde_json::Value;
 
 use super::cli::{Folder, SPOT, done, json};
+use super::memory::on_two_threads;
 use super::models::{self, Facets};
 use super::open_surfaces::{flags_of, meshed, without};
 
@@ -265,7 +266,7 @@ pub(crate) fn long_run(
         ..Job::default()
     });
     let options = MeshOptions::default().with_spill(spill);
-    pollster::block_on(pipeline::mesh(&job, source(), &options, engine, control))
+    on_two_threads(|| pollster::block_on(pipeline::mesh(&job, source(), &options, engine, control)))
 }
 
 #[test]

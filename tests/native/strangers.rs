@@ -49,12 +49,15 @@ fn no_gpu_and_one_in_software_are_no_warning_and_said_once() {
     let folder = Folder::new();
     let report = folder.path("report.json");
     let auto = ["mesh", SPOT, "--cells", "8", "--strict", "--report", &report];
-    let mut runs: Vec<(fn(&[&str]) -> Output, &str)> = vec![(without_driver, "no GPU adapter")];
+    let mut runs = vec![(without_driver as fn(&[&str]) -> Output, "no GPU adapter")];
     if pollster::block_on(adapter(None)).expect("a GPU").kind == AdapterKind::Software {
         runs.push((|arguments| hexcast(arguments), "computes on the processor"));
     } else {
         let printed = done(&auto);
-        assert!(printed.starts_with("backend     GPU") && folder.json("report.json")["fallback"].is_null(), "{printed}");
+        assert!(
+            printed.starts_with("backend     GPU") && folder.json("report.json")["fallback"].is_null(),
+            "{printed}"
+        );
     }
     for (run, why) in runs {
         let plain = run(&auto);

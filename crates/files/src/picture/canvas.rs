@@ -46,6 +46,11 @@ impl Picture {
         Ok(Picture { width, height, rgb })
     }
 
+    /// Bytes of its pixels.
+    pub(super) fn n_bytes(&self) -> u64 {
+        self.rgb.len() as u64
+    }
+
     /// Adds white rows below.
     ///
     /// # Errors

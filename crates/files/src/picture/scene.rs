@@ -58,7 +58,7 @@ impl Seen {
 
 /// The nearest rectangle at a point: how near, its flag, and the direction that it faces.
 #[derive(Clone, Copy)]
-struct Nearest {
+pub(super) struct Nearest {
     depth: f64,
     flag: u8,
     direction: u8,
@@ -152,17 +152,18 @@ impl Scene {
         [self.low.x + x, self.high.y - y]
     }
 
-    /// Draws rows of points that are whole pixels: the pixels, and which flags are seen. `deep` is how deep a cell is.
+    /// Draws rows of points that are whole pixels: the pixels, and which flags are seen. `deep` is how deep a cell is, and `nearest` the
+    /// points of other rows, whose memory these take.
     pub(super) fn pixels(
         &self,
         quads: &[u32],
-        rows: &Range<usize>,
+        (rows, nearest): (&Range<usize>, &mut Vec<Nearest>),
         deep: f64,
         colours: &[[u8; 3]; 256],
     ) -> (Vec<[u8; 3]>, [bool; 256]) {
         let width = self.fine[0];
         // edges are seen from the point below, too
-        let nearest = self.nearest(quads, rows.start..(rows.end + 1).min(self.fine[1]));
+        self.find_nearest(quads, rows.start..(rows.end + 1).min(self.fine[1]), nearest);
         let own = &nearest[..rows.len() * width];
         let mut has = [false; 256];
         own.iter().for_each(|point| has[usize::from(point.flag)] |= point.flag != 0);
@@ -193,10 +194,11 @@ impl Scene {
         (places.map(pixel).collect(), has)
     }
 
-    /// The nearest of some rectangles at every point of some rows, one after the other.
-    fn nearest(&self, quads: &[u32], rows: Range<usize>) -> Vec<Nearest> {
+    /// Finds the nearest of some rectangles at every point of some rows, one after the other.
+    fn find_nearest(&self, quads: &[u32], rows: Range<usize>, points: &mut Vec<Nearest>) {
         let width = self.fine[0];
-        let mut points = vec![NOTHING; width * rows.len()];
+        points.clear();
+        points.resize(width * rows.len(), NOTHING);
         for &quad in quads {
             let [first, end] = self.rows[quad as usize].map(|row| row as usize);
             let quad = &self.quads[quad as usize];
@@ -222,7 +224,6 @@ impl Scene {
                 }
             }
         }
-        points
     }
 }
 

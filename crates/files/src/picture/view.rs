@@ -111,7 +111,10 @@ pub async fn view_with_rests(mesh: &Mesh, view: &View, control: &Control) -> Res
     let below = MARGIN + height + MARGIN;
     // without the texts, whose height follows from what is seen
     let mut picture = Picture::new(whole, below, look.max_bytes.saturating_sub(held))?;
-    let n_at_once = ((look.max_bytes - held) / scene.band_bytes()).clamp(1, current_num_threads() as u64) as usize;
+    let left = look.max_bytes.saturating_sub(held + picture.n_bytes());
+    let n_at_once = (left / scene.band_bytes()).clamp(1, current_num_threads() as u64) as usize;
+    // used again for the next bands: cores would keep what they free
+    let mut memory = vec![Vec::new(); n_at_once];
     let mut has = [false; 256];
     let colours = look.colours();
     let bands: Vec<Range<usize>> =
@@ -119,7 +122,7 @@ pub async fn view_with_rests(mesh: &Mesh, view: &View, control: &Control) -> Res
     for bands in bands.chunks(n_at_once) {
         let seen = scene.between(bands[0].start..bands[bands.len() - 1].end + 1);
         let drawn: Vec<(Vec<[u8; 3]>, [bool; 256])> =
-            bands.par_iter().map(|rows| scene.pixels(&seen, rows, deep, &colours)).collect();
+            bands.par_iter().zip(&mut memory).map(|band| scene.pixels(&seen, band, deep, &colours)).collect();
         for (rows, (pixels, of_band)) in bands.iter().zip(drawn) {
             for (at, rgb) in (0..).zip(pixels) {
                 picture.set(MARGIN + at % width, MARGIN + rows.start as u32 / FINE + at / width, rgb);

@@ -44,7 +44,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
         (job.cells, job.dims, job.cell_size) = (None, None, None);
         (job.max_cell_size, job.tolerance) = (None, None);
     }
-    arguments.job.set_threads()?;
+    arguments.job.set_threads(job.max_memory)?;
     let output = arguments.output.as_deref().map(open_graph).transpose()?;
     let sources = read_job_files(&job, token, Progress::new(arguments.json))?;
     let mut control = Control::default();

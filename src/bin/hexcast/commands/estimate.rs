@@ -43,7 +43,7 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     let job = arguments.job.job()?;
-    arguments.job.set_threads()?;
+    arguments.job.set_threads(job.max_memory)?;
     let output = arguments.output.as_deref().map(PendingFile::open).transpose()?;
     let sources = read_job_files(&job, token, Progress::new(false))?;
     let prepared = prepare(&job, sources)?;

@@ -124,7 +124,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
     if arguments.formats.bits {
         check_single_flag(&job)?;
     }
-    arguments.job.set_threads()?;
+    arguments.job.set_threads(job.max_memory)?;
     let file = arguments.spill.open(&arguments.outputs)?;
     let meshed = mesh_and_write(arguments, &job, outputs, file.target.clone(), token);
     match &meshed {

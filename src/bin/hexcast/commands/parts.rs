@@ -63,7 +63,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
         let message = "the job has a window or a part, and hexcast parts divides whole meshes";
         return Err(Error::new("job-conflict", message, "remove window and part"));
     }
-    arguments.job.set_threads()?;
+    arguments.job.set_threads(job.max_memory)?;
     let zarr = job.zarr.or(arguments.zarr.then(ZarrJob::default));
     let sources = read_job_files(&job, token, Progress::new(false))?;
     // the limit on cells is for those that are meshed

@@ -64,7 +64,7 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode> {
     let job = arguments.job.job()?;
-    arguments.job.set_threads()?;
+    arguments.job.set_threads(job.max_memory)?;
     let mut control = Control::default();
     control.cancel = token.clone();
     let max_bytes = job.max_memory.map_or(u64::MAX, |size| size.0);

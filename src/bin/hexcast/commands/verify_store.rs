@@ -64,7 +64,7 @@ struct Wrong {
 }
 
 pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode> {
-    arguments.job.set_threads()?;
+    arguments.job.set_threads(None)?;
     let name = arguments.store.display();
     ledger::reads(&arguments.store)?;
     let store = place_of_store::open(&arguments.store)?;

@@ -35,7 +35,7 @@ pub(crate) struct JobArguments {
     /// Part of the name of the GPU to use, see `hexcast adapters`
     #[arg(long, value_name = "NAME", help_heading = "Method")]
     pub(crate) adapter: Option<String>,
-    /// Number of threads [default: one per core]
+    /// Number of threads [default: one per core, and at most one for every 8 MB of --max-memory, but two]
     #[arg(long, value_name = "N", value_parser = threads, help_heading = "Method")]
     threads: Option<u16>,
     /// Most GPU memory to use, at least 1MiB; with less, the mesh is made in smaller bands. If the GPU uses the host's
@@ -84,6 +84,15 @@ struct InnerArguments {
 enum Shards {
     Cells([u32; 3]),
     Bytes(ByteSize),
+}
+
+/// Memory for each thread: it keeps some of what it has freed, 1.6 MB as measured.
+const BYTES_OF_THREAD: u64 = 8_000_000;
+
+/// Threads where nobody asks for a number: what rayon starts.
+fn threads_by_default() -> usize {
+    let asked = std::env::var("RAYON_NUM_THREADS").ok().and_then(|text| text.parse().ok()).filter(|&n| n > 0);
+    asked.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from))
 }
 
 fn threads(text: &str) -> std::result::Result<u16, String> {
@@ -142,10 +151,15 @@ impl JobArguments {
         Ok(job)
     }
 
-    /// Limits the threads to the number asked for.
-    pub(crate) fn set_threads(&self) -> Result<()> {
-        let Some(threads) = self.threads else { return Ok(()) };
-        let outcome = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
+    /// Limits the threads to the number asked for, or to so many as the memory allowed is enough for.
+    pub(crate) fn set_threads(&self, max_memory: Option<ByteSize>) -> Result<()> {
+        let most = max_memory.map_or(u64::MAX, |size| (size.0 / BYTES_OF_THREAD).max(2));
+        let wanted = self
+            .threads
+            .map(usize::from)
+            .or_else(|| usize::try_from(most).ok().filter(|&most| most < threads_by_default()));
+        let Some(threads) = wanted else { return Ok(()) };
+        let outcome = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
         outcome.map_err(|error| Error::new("io", format!("starting {threads} threads: {error}"), "use fewer"))
     }
 

@@ -84,7 +84,7 @@ pub struct RunJob {
     /// Most memory of a GPU to take, as a number or as text such as "2GB".
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_device_memory: Option<ByteSize>,
-    /// Number of threads, 1 to 1024; by default one per core.
+    /// Number of threads, 1 to 1024; by default one per core, and at most one for every 8 MB of `max_memory`, but two.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub threads: Option<u16>,
     /// Expands all flags in memory, to take the time.
