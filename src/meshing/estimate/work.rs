@@ -9,8 +9,8 @@ use hexcast_core::stages::cpu;
 
 /// What the allocator keeps of what each core beyond two has freed; the slack counts for two. Measured: 1.6 MB.
 const KEPT_OF_CORE: u64 = 1_700_000;
-/// Bytes of the slots of a ray, and of how many are in use; see `stages::slots`.
-const SLOTS_OF_RAY: f64 = 33.0;
+/// Bytes of the slots of a ray, of how many are in use, and of where its runs end; see `stages::slots`.
+const SLOTS_OF_RAY: f64 = 37.0;
 
 /// The current work, by its size: strips of a round on the CPU, ray rows of a band on a GPU.
 pub(super) struct Work<'a> {
@@ -33,10 +33,11 @@ impl<'a> Work<'a> {
         if self.device != Device::None {
             return kept;
         }
-        // crossings of a strip on every core, as they are found and in order, and the slots of its rays
+        // a strip on every core: its crossings as they are found and in order, or in slots, with its runs and what the slots do not hold
         let rays = estimate.strip_rays().min(estimate.rays) as f64;
-        let of_core = rays * (8.0 + SLOTS_OF_RAY + 12.0 * UNEVEN * self.per_ray(estimate.crossings));
-        kept + estimate.host.lattice + n_cores * of_core as u64
+        let crossings = UNEVEN * self.per_ray(estimate.crossings);
+        let in_slots = SLOTS_OF_RAY + 8.0 * crossings + 12.0 * (crossings - 8.0).max(0.0);
+        kept + estimate.host.lattice + n_cores * (rays * in_slots.max(8.0 + 12.0 * crossings)) as u64
     }
 
     /// Bytes that building the lattice of the CPU backend takes besides it: its pairs, in lists that grow.
