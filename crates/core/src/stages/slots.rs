@@ -174,7 +174,7 @@ impl<K: Key> Slots<K> {
     fn map(&self, rows: &Range<u32>, runs: &mut Vec<u32>, mut mapper: impl Mapper<K>) -> Band {
         let n_rays = rows.len() * self.n_across as usize;
         let n_crossings = self.counts.iter().map(|&count| u64::from(count)).sum::<u64>() + self.further.len() as u64;
-        let further = (!self.further.is_empty()).then(|| by_ray(&self.further, n_rays));
+        let further = (!self.further.is_empty()).then(|| by_ray(&self.further, self.stride));
         // the lanes write all slots of a ray, of which the next ray overwrites those that are no runs
         runs.resize(runs.len().max(n_crossings as usize + SLOTS), 0);
         let mut band = Band {
@@ -195,10 +195,9 @@ impl<K: Key> Slots<K> {
             let found = mapper.lanes(&sorted, &counts);
             for lane in 0..LANES {
                 let further = further.as_ref().map_or(&[][..], |(offsets, keys)| {
-                    let ray = (first + lane).min(n_rays - 1);
-                    &keys[offsets[ray] as usize..offsets[ray + 1] as usize]
+                    &keys[offsets[first + lane] as usize..offsets[first + lane + 1] as usize]
                 });
-                let (n_runs, is_odd) = if !further.is_empty() && first + lane < n_rays {
+                let (n_runs, is_odd) = if !further.is_empty() {
                     many.clear();
                     many.extend(sorted.iter().map(|slot| slot[lane].word()));
                     many.extend(further.iter().map(|key| key.word()));
