@@ -4,9 +4,10 @@ import assert from 'node:assert/strict';
 import { execFileSync, spawn } from 'node:child_process';
 import { once } from 'node:events';
 import { cpSync, mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
-import { createServer } from 'node:net';
+import { connect, createServer } from 'node:net';
 import path from 'node:path';
 import { after, before, test } from 'node:test';
+import { setTimeout } from 'node:timers/promises';
 
 import { serve } from '../../scripts/serve.mjs';
 import { openChromium } from '../e2e/browsers.mjs';
@@ -169,23 +170,35 @@ test('Parcel builds an app that meshes below a path', LONG, async () => {
 async function assertServerMeshes(expected, file, ...args) {
   const env = { ...process.env, NEXT_TELEMETRY_DISABLED: '1', PARCEL_WORKERS: '0' };
   const program = path.join(TOOLS, 'node_modules', file);
+  const port = await freePort();
   // a group of its own: these servers have processes of their own
   const options = { cwd: project.folder, env, detached: true, stdio: ['ignore', 'pipe', 'pipe'] };
-  const server = spawn(process.execPath, [program, ...args], options);
+  const server = spawn(process.execPath, [program, ...args, '--port', port], options);
   const said = [];
+  for (const stream of [server.stdout, server.stderr]) stream.setEncoding('utf8').on('data', (text) => said.push(text));
   try {
-    const url = await new Promise((resolve, reject) => {
-      server.once('exit', (code) => reject(new Error(`ended with ${code}: ${said.join('')}`)));
-      const hear = (text) => {
-        said.push(text);
-        const address = /http:\/\/(?:localhost|127\.0\.0\.1):(\d+)/.exec(said.join(''));
-        if (address) resolve(`http://127.0.0.1:${address[1]}/`);
-      };
-      for (const stream of [server.stdout, server.stderr]) stream.setEncoding('utf8').on('data', hear);
-    });
-    await assertMeshes(browser, url, expected, [], ['cpu']);
+    // not as soon as it says that it serves: Parcel says so before it listens
+    while (!(await answers(port))) {
+      const end = server.exitCode ?? server.signalCode;
+      assert.equal(end, null, `ended with ${end}: ${said.join('')}`);
+      await setTimeout(50);
+    }
+    await assertMeshes(browser, `http://127.0.0.1:${port}/`, expected, [], ['cpu']);
   } finally {
-    process.kill(-server.pid);
+    if ((server.exitCode ?? server.signalCode) === null) process.kill(-server.pid);
+  }
+}
+
+/** Whether something listens to a port. */
+async function answers(port) {
+  const socket = connect(Number(port), '127.0.0.1');
+  try {
+    await once(socket, 'connect');
+    return true;
+  } catch {
+    return false;
+  } finally {
+    socket.destroy();
   }
 }
 
@@ -209,7 +222,7 @@ test("Parcel's development server meshes", LONG, async () => {
   const page = readFileSync(path.join(project.folder, 'index.html'), 'utf8');
   writeFileSync(path.join(project.folder, 'developed.html'), page.replace('./main.js', './developed.js'));
   cpSync(SPOT, path.join(folder, 'spot.stl'));
-  const args = ['--host', '127.0.0.1', '--port', await freePort(), '--no-cache', '--no-hmr', '--dist-dir', 'parcel-dev'];
+  const args = ['--host', '127.0.0.1', '--no-cache', '--no-hmr', '--dist-dir', 'parcel-dev'];
   await assertServerMeshes({ ...native, cells: undefined }, 'parcel/lib/bin.js', 'serve', 'developed.html', ...args);
 });
 
@@ -233,7 +246,7 @@ test(
     writeRecipe(project.folder, 'next.config.js');
     runTool('next/dist/bin/next', 'build');
     await assertFolderMeshes('out');
-    await assertServerMeshes(native, 'next/dist/bin/next', 'dev', '--hostname', '127.0.0.1', '--port', await freePort());
+    await assertServerMeshes(native, 'next/dist/bin/next', 'dev', '--hostname', '127.0.0.1');
     // below a path, by the option of Next for it
     writeFileSync(path.join(project.folder, 'next.config.js'), "export default { output: 'export', basePath: '/some/path' };");
     runTool('next/dist/bin/next', 'build');
