@@ -81,7 +81,7 @@ def test_threads_spill_and_map(tmp_path, spot, command):
     assert (hexcast.mesh(spot, cells=64, backend="cpu", threads=1).flags == whole.flags).all()
     with pytest.raises(ValueError, match="threads is 0"):
         hexcast.mesh(spot, threads=0)
-    small = {"cells": 900, "backend": "cpu", "max_memory": "5MB"}
+    small = {"cells": 900, "backend": "cpu", "max_memory": "4MB"}
     with pytest.raises(MemoryError):
         hexcast.mesh(spot, **small)
     spilled = hexcast.mesh(spot, **small, spill=tmp_path)

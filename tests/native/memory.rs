@@ -244,7 +244,7 @@ fn bands_and_rounds_are_as_small_as_the_budget_demands_on_cpu_and_gpu() {
 
 #[test]
 fn buffers_of_a_gpu_count_as_the_hosts_memory_only_where_they_are_in_it() {
-    let job = set!(Job { max_memory: Some(ByteSize(4_200_000)), ..long_job() });
+    let job = set!(Job { max_memory: Some(ByteSize(3_600_000)), ..long_job() });
     let (cpu, mut gpu) = (&mut engine(BackendChoice::Cpu), engine(BackendChoice::Gpu));
     let spill = || SpillTarget::Temporary(Arc::new(MemoryStore::default()));
     run(&job, cpu, spill(), &Control::default()).unwrap();
@@ -259,7 +259,7 @@ fn buffers_of_a_gpu_count_as_the_hosts_memory_only_where_they_are_in_it() {
         _ => panic!("a GPU was asked for"),
     }
     // what the program takes counts, too
-    let job = set!(Job { max_memory: Some(ByteSize(4_200_000)), ..job });
+    let job = set!(Job { max_memory: Some(ByteSize(3_600_000)), ..job });
     let options = MeshOptions::default().with_spill(spill()).with_program_bytes(3_000_000);
     let error = mesh(&job, cpu, &options, &Control::default()).unwrap_err();
     assert!(error.to_string().contains("program and driver 3.00 MB"), "{error}");

@@ -213,13 +213,9 @@ mod tests {
                 .iter()
                 .copied()
             {
-                let allowed = |max_bytes| Allowed {
-                    max_bytes,
-                    program_bytes: 10_000_000,
-                    device,
-                    max_device_bytes: u64::MAX,
-                    can_spill,
-                    flags: false,
+                let allowed = |max_bytes| {
+                    let allowed = Allowed::new(max_bytes).with_program_bytes(10_000_000);
+                    allowed.with_device(device, u64::MAX).with_spill(can_spill)
                 };
                 let needed = MemoryBudget::unchecked(&estimate, &allowed(0)).needed;
                 let what = format!("{dims:?}, {device:?}, {can_spill}");
@@ -250,7 +246,7 @@ mod tests {
     }
 
     fn allowed_one_byte(device: Device, max_device_bytes: u64) -> Allowed {
-        Allowed { max_bytes: 1, program_bytes: 0, device, max_device_bytes, can_spill: true, flags: false }
+        Allowed::new(1).with_device(device, max_device_bytes).with_spill(true)
     }
 
     #[test]

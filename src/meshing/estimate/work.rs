@@ -9,8 +9,6 @@ use hexcast_core::stages::cpu;
 
 /// What the allocator keeps of what each core beyond two has freed; the slack counts for two. Measured: 1.6 MB.
 const KEPT_OF_CORE: u64 = 1_700_000;
-/// Bytes of the slots of a ray, of how many are in use, and of where its runs end; see `stages::slots`.
-const SLOTS_OF_RAY: f64 = 37.0;
 
 /// The current work, by its size: strips of a round on the CPU, ray rows of a band on a GPU.
 pub(super) struct Work<'a> {
@@ -18,12 +16,13 @@ pub(super) struct Work<'a> {
     device: Device,
     max_device_bytes: u64,
     can_spill: bool,
+    slot_bytes: u64,
 }
 
 impl<'a> Work<'a> {
     pub(super) fn new(estimate: &'a Estimate, allowed: &Allowed) -> Work<'a> {
-        let Allowed { device, max_device_bytes, can_spill, .. } = *allowed;
-        Work { estimate, device, max_device_bytes, can_spill }
+        let Allowed { device, max_device_bytes, can_spill, slot_bytes, .. } = *allowed;
+        Work { estimate, device, max_device_bytes, can_spill, slot_bytes }
     }
 
     /// Bytes of host memory that do not depend on the size.
@@ -36,7 +35,7 @@ impl<'a> Work<'a> {
         // a strip on every core: its crossings as they are found and in order, or in slots, with its runs and what the slots do not hold
         let rays = estimate.strip_rays().min(estimate.rays) as f64;
         let crossings = UNEVEN * self.per_ray(estimate.crossings);
-        let in_slots = SLOTS_OF_RAY + 8.0 * crossings + 12.0 * (crossings - 8.0).max(0.0);
+        let in_slots = self.slot_bytes as f64 + 8.0 * crossings + 12.0 * (crossings - 8.0).max(0.0);
         kept + estimate.host.lattice + n_cores * (rays * in_slots.max(8.0 + 12.0 * crossings)) as u64
     }
 

@@ -97,9 +97,10 @@ pub(super) async fn memory_budget(
         return Ok(MemoryBudget::unlimited(&prepared.rays, max_device_bytes));
     }
     let estimate = Estimate::with_rests(&prepared.geometries, &prepared.lines, &prepared.rays, control).await?;
-    let (program_bytes, flags) = (options.program_bytes + parts_bytes, options.flags_in_memory);
-    let device = engine.device();
-    MemoryBudget::new(&estimate, &Allowed { max_bytes, program_bytes, device, max_device_bytes, can_spill, flags })
+    let allowed = Allowed::new(max_bytes).with_program_bytes(options.program_bytes + parts_bytes);
+    let allowed = allowed.with_device(engine.device(), max_device_bytes).with_spill(can_spill);
+    let allowed = allowed.with_rays(job.rule, prepared.geometries.len(), prepared.rays.depth);
+    MemoryBudget::new(&estimate, &allowed.with_flags(options.flags_in_memory))
 }
 
 /// A builder without rays yet, or with those that an interrupted run of the same job left.

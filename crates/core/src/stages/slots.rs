@@ -77,6 +77,17 @@ impl Key for i32 {
     }
 }
 
+/// Bytes of a ray, where rays of so many cells are cast at so many geometries: its slots, how many are in use, and where its runs end.
+pub fn bytes_of_ray(rule: Rule, n_geometries: usize, depth: u32) -> u64 {
+    let key = if has_cells_alone(rule, n_geometries, depth) { size_of::<i16>() } else { size_of::<i32>() };
+    (SLOTS * key + size_of::<u8>() + size_of::<u32>()) as u64
+}
+
+/// Whether the cell of a crossing says all.
+fn has_cells_alone(rule: Rule, n_ranks: usize, depth: u32) -> bool {
+    rule == Rule::Parity && n_ranks == 1 && depth <= MAX_DEPTH_OF_CELLS
+}
+
 /// Memory that a core uses for strip after strip.
 #[derive(Default)]
 pub(crate) struct Scratch {
@@ -98,7 +109,7 @@ pub(crate) fn band(
     let facets = lattice.bin_facets(0, row);
     let Scratch { cells, events, runs } = scratch;
     match *mapping {
-        Mapping { rule: Rule::Parity, flag_of_rank: &[flag], depth } if depth <= MAX_DEPTH_OF_CELLS => {
+        Mapping { rule, flag_of_rank: &[flag], depth } if has_cells_alone(rule, 1, depth) => {
             cells.cast((frame, rays), facets, &rows);
             cells.map(&rows, runs, Alternating { flag, depth })
         }

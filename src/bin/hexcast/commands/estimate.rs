@@ -68,6 +68,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     let max_device_bytes = arguments.job.max_device_memory.map_or(u64::MAX, |size| size.0);
     let needed = |can_spill| {
         let allowed = Allowed::new(max_bytes).with_program_bytes(program_bytes);
+        let allowed = allowed.with_rays(job.rule, prepared.geometries.len(), prepared.rays.depth);
         estimate.needed_bytes(&allowed.with_device(device, max_device_bytes).with_spill(can_spill))
     };
     let verdict = match (needed(false), needed(true)) {
