@@ -14,7 +14,7 @@ pub(crate) fn cells_of_steps(source: &Source, n: u32, length: f64) -> Result<Vec
     job.domain = Some([-2.0, -2.0, -2.0, 4.0, 2.0, 2.0]);
     job.cells = Some(96);
     let control = Control::default();
-    let (mut scene, _) = mesher.scene(job, vec![source.clone()], MeshOptions::default(), &control)?;
+    let mut scene = mesher.scene(job, vec![source.clone()], MeshOptions::default(), &control)?;
     let mut cells = Vec::new();
     for step in 1..=n {
         scene.job_mut().geometries[0].translate = Some([length * f64::from(step), 0.0, 0.0]);

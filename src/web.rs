@@ -16,6 +16,7 @@ use crate::meshing::estimate::Estimate;
 use crate::meshing::measured::Measured;
 use crate::meshing::pipeline::{self, Engine, MeshOptions, Prepared, SpillTarget};
 use crate::meshing::report::{CallerFacts, Report};
+use crate::meshing::scene::Scene;
 use hexcast_core::base::control::{CancelToken, Control, Progress};
 use hexcast_core::base::error::Error;
 use hexcast_core::input::job::{BackendChoice, Job};
@@ -31,6 +32,7 @@ mod leak;
 mod mesh;
 mod picture;
 mod resting;
+mod scene;
 mod surface;
 mod values;
 mod work;
@@ -41,6 +43,7 @@ pub use file::JsFile;
 use file::JsFileStore;
 pub use mesh::{WebMesh, WebSkin};
 pub use picture::WebLook;
+pub use scene::WebScene;
 pub use surface::{WebReader, WebSurface};
 use values::{JsResult, forget, js_error, keep, kept};
 pub use work::WebWork;
@@ -191,7 +194,7 @@ impl WebEngine {
         let measured = Measured::take(&mut facts);
         let zarr = job.job.zarr.unwrap_or_default();
         let report = Report::new(facts, CallerFacts { read: read_seconds, ..CallerFacts::default() });
-        Ok(WebMesh::new(mesh, (measured, zarr), info::json(&report)))
+        Ok(WebMesh::new(mesh, (Arc::new(measured), zarr), info::json(&report)))
     }
 
     /// Meshes a job with so many cells along the longest side, for each of `sizes`; `progress` begins again with each. Returns JSON: the
@@ -204,6 +207,36 @@ impl WebEngine {
         forget(progress);
         *self.engine.borrow_mut() = Some(engine);
         result.map(|levels| info::json(&levels)).map_err(js_error)
+    }
+
+    /// Meshes a job that will be edited; its columns stay in memory.
+    pub async fn scene(&self, job: WebJob, max_device_bytes: Option<f64>, progress: Function) -> JsResult<WebScene> {
+        let mut engine = self.take()?;
+        let progress = keep(progress.into());
+        let control = self.control(job.token.clone(), progress);
+        let max_device_bytes = max_device_bytes.map(|bytes| bytes as u64);
+        let options = MeshOptions { max_device_bytes, ..MeshOptions::default() };
+        let result = Scene::new(job.job.clone(), job.sources(), options, &mut engine, &control).await;
+        forget(progress);
+        *self.engine.borrow_mut() = Some(engine);
+        result.map(WebScene::new).map_err(js_error)
+    }
+
+    /// Gives a scene another job, and meshes what that changes. After an error the scene is as before.
+    pub async fn update(&self, scene: &WebScene, job: WebJob, progress: Function) -> JsResult<()> {
+        let (held, told) = (scene.scene.clone(), scene.update.clone());
+        let mut engine = self.take()?;
+        // there is one engine, which is free
+        let mut scene = held.borrow_mut().take().expect("a scene that is not updated");
+        let progress = keep(progress.into());
+        let control = self.control(job.token.clone(), progress);
+        *scene.sources_mut() = job.sources();
+        *scene.job_mut() = job.job.clone();
+        let result = scene.update(&mut engine, &control).await;
+        forget(progress);
+        (*self.engine.borrow_mut(), *held.borrow_mut()) = (Some(engine), Some(scene));
+        *told.borrow_mut() = Some(result.map_err(js_error)?);
+        Ok(())
     }
 
     fn take(&self) -> JsResult<Engine> {

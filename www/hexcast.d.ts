@@ -21,6 +21,7 @@ import type { Estimate, FileInfo, FileSource, Surface, SurfaceSource } from './j
 import type { Level } from './measured.js';
 import type { Job } from './options.js';
 import type { Format, FormatFacts, Mesh } from './result.js';
+import type { Scene, SceneOptions } from './scene.js';
 import './globals.js';
 
 export type * from './formats.js';
@@ -30,6 +31,7 @@ export type * from './measured.js';
 export type * from './pictures.js';
 export type * from './report.js';
 export type * from './result.js';
+export type * from './scene.js';
 
 /** Stable codes of {@link HexcastError}; the same as those of the native library. */
 export type ErrorCode =
@@ -198,6 +200,8 @@ export interface Mesher extends Disposable {
   read(source: SurfaceSource, options: CallOptions & { file?: string; check: boolean }): Promise<Surface<FileInfo>>;
   /** Meshes a job. Calls wait for each other. */
   mesh(job: Job, options?: MeshOptions): Promise<Mesh>;
+  /** Meshes a job whose geometries will move, and keeps what makes the next mesh fast. */
+  scene(job: Job, options?: SceneOptions): Promise<Scene>;
   /** What a mesh would cost, without making it. */
   estimate(job: Job, options?: CallOptions): Promise<Estimate>;
   /**

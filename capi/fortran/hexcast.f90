@@ -37,6 +37,14 @@ module hexcast
     integer(c_int64_t) :: n_runs = 0
   end type
 
+  type, bind(c) :: hexcast_changed_run
+    integer(c_int64_t) :: column = 0
+    integer(c_int32_t) :: start = 0
+    integer(c_int32_t) :: end = 0
+    integer(c_int8_t) :: before = 0
+    integer(c_int8_t) :: after = 0
+  end type
+
   abstract interface
     function hexcast_progress(rays_done, n_rays, user) &
       bind(c)
@@ -237,6 +245,64 @@ module hexcast
       type(c_ptr), intent(inout) :: error
       integer(c_int32_t) :: hexcast_mesh_runs
     end function
+
+    function hexcast_scene_new(mesher, job, facets, n_facets, progress, user, error) &
+      bind(c, name='hexcast_scene_new')
+      import :: c_ptr, c_funptr, c_char, c_size_t, hexcast_facets
+      type(c_ptr), value :: mesher
+      character(kind=c_char), intent(in) :: job(*)
+      type(hexcast_facets), intent(in) :: facets(*)
+      integer(c_size_t), value :: n_facets
+      type(c_funptr), value :: progress
+      type(c_ptr), value :: user
+      type(c_ptr), intent(inout) :: error
+      type(c_ptr) :: hexcast_scene_new
+    end function
+
+    function hexcast_scene_update(scene, mesher, job, facets, n_facets, progress, user, error) &
+      bind(c, name='hexcast_scene_update')
+      import :: c_ptr, c_funptr, c_char, c_size_t, c_int32_t, hexcast_facets
+      type(c_ptr), value :: scene
+      type(c_ptr), value :: mesher
+      character(kind=c_char), intent(in) :: job(*)
+      type(hexcast_facets), intent(in) :: facets(*)
+      integer(c_size_t), value :: n_facets
+      type(c_funptr), value :: progress
+      type(c_ptr), value :: user
+      type(c_ptr), intent(inout) :: error
+      integer(c_int32_t) :: hexcast_scene_update
+    end function
+
+    function hexcast_scene_told(scene) &
+      bind(c, name='hexcast_scene_told')
+      import :: c_ptr
+      type(c_ptr), value :: scene
+      type(c_ptr) :: hexcast_scene_told
+    end function
+
+    function hexcast_scene_changed(scene, runs, n_runs, error) &
+      bind(c, name='hexcast_scene_changed')
+      import :: c_ptr, c_size_t, c_int32_t
+      type(c_ptr), value :: scene
+      type(c_ptr), intent(out) :: runs
+      integer(c_size_t), intent(out) :: n_runs
+      type(c_ptr), intent(inout) :: error
+      integer(c_int32_t) :: hexcast_scene_changed
+    end function
+
+    function hexcast_scene_mesh(scene, error) &
+      bind(c, name='hexcast_scene_mesh')
+      import :: c_ptr
+      type(c_ptr), value :: scene
+      type(c_ptr), intent(inout) :: error
+      type(c_ptr) :: hexcast_scene_mesh
+    end function
+
+    subroutine hexcast_scene_free(scene) &
+      bind(c, name='hexcast_scene_free')
+      import :: c_ptr
+      type(c_ptr), value :: scene
+    end subroutine
 
     function hexcast_strlen(text) bind(c, name='strlen')
       import :: c_ptr, c_size_t

@@ -40,6 +40,9 @@ typedef struct HexcastMesh HexcastMesh;
 // A backend, the GPU or the CPU, that meshes one job after the other. Freed by hexcast_mesher_free.
 typedef struct HexcastMesher HexcastMesher;
 
+// A job whose geometries move, and its mesh, of which each update makes what changed. Freed by hexcast_scene_free.
+typedef struct HexcastScene HexcastScene;
+
 // An array of a mesh, and what its numbers are.
 typedef struct HexcastArray {
   // Their type as NumPy names it: "|u1" uint8_t, "|i1" int8_t, "<i2" int16_t, "<i4" int32_t, "<u4" uint32_t, "<u8" uint64_t, "<f4" float,
@@ -94,6 +97,20 @@ typedef struct HexcastColumns {
   // Number of runs of all columns.
   uint64_t n_runs;
 } HexcastColumns;
+
+// Consecutive cells of a column whose flag changed.
+typedef struct HexcastChangedRun {
+  // The column, as hexcast_mesh_columns counts them.
+  uint64_t column;
+  // First cell.
+  uint32_t start;
+  // The cell after the last.
+  uint32_t end;
+  // The flag that they had.
+  uint8_t before;
+  // The flag that they have.
+  uint8_t after;
+} HexcastChangedRun;
 
 #ifdef __cplusplus
 extern "C" {
@@ -334,6 +351,74 @@ int32_t hexcast_mesh_runs(const struct HexcastMesh *mesh,
                           const uint32_t **runs,
                           size_t *n_given,
                           struct HexcastError **error);
+
+// Meshes a job whose geometries will move, as hexcast_mesh_with_progress does. Give the job a "domain": without one the box follows the
+// geometries, and every edit that moves its sides is a whole mesh. Returns NULL for an error.
+//
+// Errors: those of hexcast_mesh_with_progress.
+//
+// # Safety
+// As for hexcast_mesh_with_progress.
+struct HexcastScene *hexcast_scene_new(const struct HexcastMesher *mesher,
+                                       const char *job,
+                                       const struct HexcastFacets *facets,
+                                       size_t n_facets,
+                                       HexcastProgress progress,
+                                       void *user,
+                                       struct HexcastError **error);
+
+// Gives a scene another job, and meshes what that changes: the same cells as the whole mesh of that job. `facets` are those that are new or
+// other ones: a geometry whose "file" has none of them keeps the facets that the scene has under this name, also those that were read from
+// disk. Any mesher may update it. Returns 0, or 1 for an error, after which the mesh is as before.
+//
+// Errors: those of hexcast_mesh_with_progress.
+//
+// # Safety
+// `scene` is a scene that was not freed; else as for hexcast_mesh_with_progress.
+int32_t hexcast_scene_update(const struct HexcastScene *scene,
+                             const struct HexcastMesher *mesher,
+                             const char *job,
+                             const struct HexcastFacets *facets,
+                             size_t n_facets,
+                             HexcastProgress progress,
+                             void *user,
+                             struct HexcastError **error);
+
+// What the last update did, as JSON: "whole": null where some rays were enough, else why the whole was meshed ("box", "surface", "asked" or
+// "memory"), "rays": how many were made again, "findings" as in a report. Lives until the next update; "" before the first, and for NULL.
+//
+// # Safety
+// `scene` is NULL or a scene that was not freed, and that no thread updates.
+const char *hexcast_scene_told(const struct HexcastScene *scene);
+
+// Hands out the runs of cells whose flags the last update changed, in the order of columns and cells, without a copy. Where the box has other
+// lines or columns all may have: `*runs` is NULL and `*n_runs` SIZE_MAX. Before the first update there are none. They live until the next
+// update or hexcast_scene_free. Returns 0, or 1 for an error.
+//
+// Errors: job-value for NULL.
+//
+// # Safety
+// `scene` is a scene that was not freed, and that no thread updates; `runs` and `n_runs` point to one each; `error` is NULL or a place for a pointer.
+int32_t hexcast_scene_changed(const struct HexcastScene *scene,
+                              const struct HexcastChangedRun **runs,
+                              size_t *n_runs,
+                              struct HexcastError **error);
+
+// The mesh of the last update, a handle of its own: it stays as it is when the scene goes on, shares with it what does not change, and is
+// freed by hexcast_mesh_free. Where some rays were enough for that update, its report has what the columns say. Returns NULL for an error.
+//
+// Errors: job-value for NULL.
+//
+// # Safety
+// `scene` is a scene that was not freed; `error` is NULL or a place for a pointer.
+struct HexcastMesh *hexcast_scene_mesh(const struct HexcastScene *scene,
+                                       struct HexcastError **error);
+
+// Frees a scene.
+//
+// # Safety
+// `scene` is NULL or a scene that was not freed and that no thread uses.
+void hexcast_scene_free(struct HexcastScene *scene);
 
 #ifdef __cplusplus
 }  // extern "C"

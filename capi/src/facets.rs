@@ -115,11 +115,11 @@ impl Vertices<'_> {
     }
 }
 
-/// The surfaces of a job: those in memory by their names, others from disk.
+/// The surfaces of a job, by their names: those in memory, else known ones, else from disk.
 ///
 /// # Safety
 /// Every `file` is a text, and the arrays of every surface are as it says.
-pub(crate) unsafe fn sources(job: &Job, facets: &[HexcastFacets]) -> Result<Vec<Source>> {
+pub(crate) unsafe fn sources(job: &Job, facets: &[HexcastFacets], known: &[Source]) -> Result<Vec<Source>> {
     let mut in_memory = Vec::new();
     for some in facets {
         // SAFETY: the caller of this function vouches for it
@@ -131,7 +131,7 @@ pub(crate) unsafe fn sources(job: &Job, facets: &[HexcastFacets]) -> Result<Vec<
         // SAFETY: the caller of this function vouches for it
         in_memory.push(Source::from_facets(file, unsafe { some.facets(file) }?)?);
     }
-    let source = |file: &String| match in_memory.iter().find(|source| source.file == *file) {
+    let source = |file: &String| match in_memory.iter().chain(known).find(|source| source.file == *file) {
         Some(source) => Ok(source.clone()),
         None => read_file(file, &Control::default()),
     };

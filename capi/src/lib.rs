@@ -10,6 +10,7 @@ mod file;
 mod mesh;
 mod mesher;
 mod runs;
+mod scene;
 
 use std::ffi::c_char;
 

@@ -3,12 +3,13 @@
 use std::ffi::{CString, c_char, c_void};
 use std::path::{Path, PathBuf};
 use std::ptr;
+use std::sync::Arc;
 
 use hexcast::control::Control;
 use hexcast::job::{Job, ZarrJob};
 use hexcast::measured::Measured;
 use hexcast::mesh::Mesh;
-use hexcast::report::{ColumnsReport, Report};
+use hexcast::report::{ColumnsReport, MeshFacts};
 use hexcast::sources::Source;
 use hexcast::write::Array;
 use hexcast::{Error, Result};
@@ -22,7 +23,7 @@ pub struct HexcastMesh {
     report: CString,
     /// First cell and end, exclusive, in the box, and the cells of that.
     window: [[u32; 3]; 3],
-    measured: Measured,
+    measured: Arc<Measured>,
     doubt: Option<Box<HexcastMesh>>,
     pub(crate) origin: Origin,
 }
@@ -46,16 +47,22 @@ impl Origin {
 }
 
 impl HexcastMesh {
-    pub(crate) fn new(mesh: Mesh, mut report: Report, origin: Origin) -> HexcastMesh {
+    /// Of a mesh, the facts of its report, which is also there as JSON, and what it has beside its cells.
+    pub(crate) fn new(
+        mesh: Mesh,
+        (facts, report): (Option<&MeshFacts>, &str),
+        measured: Arc<Measured>,
+        origin: Origin,
+    ) -> HexcastMesh {
         let dims = mesh.dims();
-        let window = report.mesh.window.as_ref().map_or([[0; 3], dims, dims], |w| [w.first, w.end, w.of]);
-        let mut measured = Measured::take(&mut report.mesh);
-        let doubt = measured.doubt.take().map(|mask| {
-            let report = c_text(&serde_json::to_string(&ColumnsReport::new(&mask)).unwrap_or_default());
-            let (measured, origin) = (Measured::default(), origin.clone());
-            Box::new(HexcastMesh { mesh: mask, report, window, measured, doubt: None, origin })
+        let window = facts.and_then(|facts| facts.window.as_ref());
+        let window = window.map_or([[0; 3], dims, dims], |w| [w.first, w.end, w.of]);
+        let doubt = measured.doubt.as_ref().map(|mask| {
+            let report = c_text(&serde_json::to_string(&ColumnsReport::new(mask)).unwrap_or_default());
+            let (mesh, measured, origin) = (mask.clone(), Arc::default(), origin.clone());
+            Box::new(HexcastMesh { mesh, report, window, measured, doubt: None, origin })
         });
-        HexcastMesh { mesh, report: c_text(&report.to_json()), window, measured, doubt, origin }
+        HexcastMesh { mesh, report: c_text(report), window, measured, doubt, origin }
     }
 }
 

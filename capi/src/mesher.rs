@@ -2,10 +2,11 @@
 
 use std::ffi::{c_char, c_void};
 use std::ptr;
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 
 use hexcast::control::{CancelToken, Control, Progress};
 use hexcast::job::{BackendChoice, Job};
+use hexcast::measured::Measured;
 use hexcast::mesher::{Mesher, MesherOptions};
 use hexcast::pipeline::MeshOptions;
 use hexcast::{Error, Result};
@@ -17,7 +18,10 @@ use crate::facets::{HexcastFacets, sources};
 use crate::mesh::{HexcastMesh, Origin};
 
 /// A backend, the GPU or the CPU, that meshes one job after the other. Freed by hexcast_mesher_free.
-pub struct HexcastMesher(Mutex<Mesher>, MeshOptions);
+pub struct HexcastMesher {
+    pub(crate) mesher: Mutex<Mesher>,
+    pub(crate) options: MeshOptions,
+}
 
 /// Options of a mesher, as JSON.
 #[derive(Deserialize, Default)]
@@ -41,7 +45,7 @@ impl Wanted {
         let options = MesherOptions::default().with_backend(self.backend);
         let mesher = Mesher::new(self.adapter.into_iter().fold(options, MesherOptions::with_adapter))?;
         let options = MeshOptions::default().with_doubt_mask(self.doubt).with_walls(self.walls);
-        Ok(HexcastMesher(Mutex::new(mesher), options))
+        Ok(HexcastMesher { mesher: Mutex::new(mesher), options })
     }
 }
 
@@ -124,7 +128,7 @@ impl Caller {
 }
 
 /// Asks a function of the caller's whether to go on after every band of rays, if there is one.
-fn control(progress: HexcastProgress, user: *mut c_void) -> Control {
+pub(crate) fn control(progress: HexcastProgress, user: *mut c_void) -> Control {
     let Some(function) = progress else { return Control::default() };
     let (caller, cancel) = (Caller(function, user), CancelToken::default());
     let asked = cancel.clone();
@@ -163,12 +167,13 @@ pub unsafe extern "C" fn hexcast_mesh_with_progress(
             unsafe { (behind(mesher, "the mesher")?, text(job, "the job")?, array(facets, n_facets, "facets")?) };
         let (job, control) = (Job::from_plain_json(job)?, control(progress, user));
         // SAFETY: the caller vouches for what the facets point to
-        let sources = unsafe { sources(&job, facets) }?;
+        let sources = unsafe { sources(&job, facets, &[]) }?;
         let origin = Origin::new(&job, &sources);
         // a mesher that crashed is in no state to go on
-        let mut open = mesher.0.lock().map_err(|_| crashed())?;
-        let (mesh, report) = open.mesh_sources(&job, sources, &mesher.1, &control)?;
-        Ok(HexcastMesh::new(mesh, report, origin))
+        let mut open = mesher.mesher.lock().map_err(|_| crashed())?;
+        let (mesh, mut report) = open.mesh_sources(&job, sources, &mesher.options, &control)?;
+        let measured = Arc::new(Measured::take(&mut report.mesh));
+        Ok(HexcastMesh::new(mesh, (Some(&report.mesh), &report.to_json()), measured, origin))
     };
     // SAFETY: the caller vouches for the place of the error
     unsafe { call(error, mesh) }.map_or(ptr::null_mut(), |mesh| Box::into_raw(Box::new(mesh)))

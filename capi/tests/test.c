@@ -531,6 +531,85 @@ static void doubtful(void) {
 }
 
 /* The number of cells that have a flag, by runs; without a check, for threads. */
+/* The whole mesh of a job, as flags. */
+static void flags_of(const HexcastMesh *mesh, uint8_t flags[NX * NY * NZ]) {
+  HexcastError *error = NULL;
+  const uint32_t first[3] = {0, 0, 0}, end[3] = {NX, NY, NZ};
+  CHECK(hexcast_mesh_fill_box(mesh, first, end, flags, NX * NY * NZ, &error) == 0);
+}
+
+/* Moves the octahedron, and holds the flags, the changes and the mesh of before to whole meshes. */
+static void scenes(const HexcastMesher *mesher) {
+  static uint8_t flags[NX * NY * NZ], found[NX * NY * NZ], whole[NX * NY * NZ];
+  HexcastError *error = NULL;
+  HexcastScene *scene = hexcast_scene_new(mesher, JOB(""), &facets, 1, NULL, NULL, &error);
+  CHECK(scene != NULL && error == NULL);
+  const HexcastChangedRun *runs = NULL;
+  size_t n_runs = 7;
+  CHECK(hexcast_scene_changed(scene, &runs, &n_runs, &error) == 0 && n_runs == 0);
+  CHECK(strcmp(hexcast_scene_told(scene), "") == 0 && strcmp(hexcast_scene_told(NULL), "") == 0);
+  HexcastMesh *first = hexcast_scene_mesh(scene, &error);
+  CHECK(first != NULL);
+  flags_of(first, flags);
+  for (int step = 1; step <= 6; step++) {
+    char job[300];
+    snprintf(job, sizeof job,
+             "{\"geometries\": [{\"file\": \"octahedron\", \"flag\": %d, \"translate\": [%g, %g, 0]}],"
+             " \"dims\": [20, 16, 12], \"domain\": [-1, -1, -1, 1, 1, 1]}",
+             step < 4 ? 200 : 9, 0.11 * step, -0.07 * step);
+    /* the facets are known */
+    CHECK(hexcast_scene_update(scene, mesher, job, NULL, 0, NULL, NULL, &error) == 0);
+    CHECK(strstr(hexcast_scene_told(scene), "\"whole\":null") != NULL);
+    CHECK(hexcast_scene_changed(scene, &runs, &n_runs, &error) == 0 && n_runs > 0);
+    HexcastMesh *mesh = hexcast_scene_mesh(scene, &error);
+    CHECK(mesh != NULL);
+    HexcastColumns columns;
+    CHECK(hexcast_mesh_columns(mesh, &columns, &error) == 0);
+    const size_t strides[3] = {1, NX, (size_t)NX * NY};
+    for (size_t run = 0; run < n_runs; run++) {
+      CHECK(runs[run].before != runs[run].after && runs[run].start < runs[run].end);
+      const size_t across = runs[run].column % columns.counts[0] * strides[columns.across[0]] +
+                            runs[run].column / columns.counts[0] * strides[columns.across[1]];
+      for (uint32_t cell = runs[run].start; cell < runs[run].end; cell++) {
+        uint8_t *flag = &flags[across + cell * strides[columns.axis]];
+        CHECK(*flag == runs[run].before);
+        *flag = runs[run].after;
+      }
+    }
+    flags_of(mesh, found);
+    CHECK(memcmp(flags, found, sizeof flags) == 0);
+    HexcastMesh *of_job = meshed(mesher, job);
+    flags_of(of_job, whole);
+    CHECK(memcmp(flags, whole, sizeof flags) == 0);
+    hexcast_mesh_free(of_job);
+    hexcast_mesh_free(mesh);
+  }
+  /* a job that is wrong changes nothing */
+  CHECK(hexcast_scene_update(scene, mesher, JOB(", \"padding\": -1"), NULL, 0, NULL, NULL, &error) == 1);
+  check_error(error, "job-value", "padding");
+  error = NULL;
+  /* other lines: all may have changed */
+  CHECK(hexcast_scene_update(scene, mesher,
+                             "{\"geometries\": [{\"file\": \"octahedron\", \"flag\": 1}], \"cells\": 8}", &facets, 1, NULL,
+                             NULL, &error) == 0);
+  CHECK(strstr(hexcast_scene_told(scene), "\"whole\":\"box\"") != NULL);
+  CHECK(hexcast_scene_changed(scene, &runs, &n_runs, &error) == 0 && runs == NULL && n_runs == SIZE_MAX);
+  hexcast_scene_free(scene);
+  /* the first mesh is what it was */
+  HexcastMesh *again = meshed(mesher, JOB(""));
+  flags_of(first, found);
+  flags_of(again, whole);
+  CHECK(memcmp(found, whole, sizeof found) == 0);
+  hexcast_mesh_free(again);
+  hexcast_mesh_free(first);
+  CHECK(hexcast_scene_new(NULL, JOB(""), NULL, 0, NULL, NULL, &error) == NULL);
+  check_error(error, "job-value", "mesher is NULL");
+  error = NULL;
+  CHECK(hexcast_scene_mesh(NULL, &error) == NULL);
+  check_error(error, "job-value", "scene is NULL");
+  hexcast_scene_free(NULL);
+}
+
 static size_t cells_of_runs(const HexcastMesh *mesh) {
   HexcastColumns columns;
   uint64_t ends[7];
@@ -593,6 +672,7 @@ int main(void) {
   CHECK(strcmp(hexcast_version(), HEXCAST_VERSION_STRING) == 0);
   measured(mesher);
   doubtful();
+  scenes(mesher);
   threads(mesher);
   progress(mesher);
   /* a mesh outlives its mesher */

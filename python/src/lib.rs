@@ -13,6 +13,7 @@ mod mesh;
 mod meshing;
 mod pictures;
 mod run;
+mod scene;
 mod surface;
 
 /// Makes a `hexcast.Error` of an error.
@@ -50,6 +51,8 @@ fn _hexcast(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<mesh::RawMesh>()?;
     module.add_class::<surface::Surface>()?;
+    module.add_class::<scene::RawScene>()?;
+    module.add_function(wrap_pyfunction!(scene::scene, module)?)?;
     module.add_function(wrap_pyfunction!(read_job, module)?)?;
     module.add_function(wrap_pyfunction!(error_codes, module)?)?;
     module.add_function(wrap_pyfunction!(available_bytes, module)?)?;

@@ -27,7 +27,7 @@ type CutCells<'py> = (u32, u32, PyReadonlyArray1<'py, u64>, PyReadonlyArray1<'py
 #[pyfunction]
 pub(crate) fn measured_kinds(mesh: &Bound<'_, RawMesh>) -> Vec<&'static str> {
     let raw = mesh.get();
-    let Measured { links, fractions, staggered, doubt, .. } = &raw.measured;
+    let Measured { links, fractions, staggered, doubt, .. } = &*raw.measured;
     let kinds = [("links", links.is_some()), ("fractions", fractions.is_some())];
     let kinds = kinds.into_iter().chain([("staggered", staggered.is_some()), ("doubt", doubt.is_some())]);
     kinds.filter_map(|(name, is_there)| is_there.then_some(name)).collect()

@@ -3,7 +3,7 @@
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::PathBuf;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use hexcast::column_file;
 use hexcast::columns::{run_cell, run_flag};
@@ -35,15 +35,15 @@ pub(crate) struct RawMesh {
     /// Where its cells lie in the whole box.
     place: Place,
     zarr: ZarrJob,
-    pub(crate) measured: Measured,
+    pub(crate) measured: Arc<Measured>,
 }
 
 impl RawMesh {
     pub(crate) fn new(mesh: Mesh, report: String, place: Place, zarr: ZarrJob) -> RawMesh {
-        RawMesh { mesh, report, place, zarr, measured: Measured::default() }
+        RawMesh { mesh, report, place, zarr, measured: Arc::default() }
     }
 
-    pub(crate) fn with_measured(self, measured: Measured) -> RawMesh {
+    pub(crate) fn with_measured(self, measured: Arc<Measured>) -> RawMesh {
         RawMesh { measured, ..self }
     }
 

@@ -24,7 +24,7 @@ use crate::run::{on_threads, run};
 use crate::surface::Surface;
 
 /// For each geometry of a job its surface; None where it is read from the file that the job names.
-type Surfaces = Vec<Option<Py<Surface>>>;
+pub(crate) type Surfaces = Vec<Option<Py<Surface>>>;
 
 /// A part of the name of the GPU, the number of threads, the folder that columns spill to, and whether doubtful cells shall be a mesh.
 type How = (Option<String>, Option<usize>, Option<PathBuf>, bool);
@@ -52,7 +52,7 @@ pub(crate) fn mesh(
             })?;
             let first = facts.window.as_ref().map_or([0; 3], |window| window.first);
             let place = Place::new(facts.whole.clone(), first);
-            let measured = Measured::take(&mut facts);
+            let measured = Arc::new(Measured::take(&mut facts));
             let report = Report::new(facts, CallerFacts::default().with_read(read)).to_json();
             Ok(RawMesh::new(mesh, report, place, job.zarr.unwrap_or_default()).with_measured(measured))
         })
@@ -122,7 +122,7 @@ fn of_prepared<T: Send>(
 }
 
 /// Reads a job from JSON; its part may be a text such as "3/64".
-fn read(json: &str) -> Result<Job> {
+pub(crate) fn read(json: &str) -> Result<Job> {
     let mut value: Value = serde_json::from_str(json)
         .map_err(|error| Error::new("job-syntax", format!("the job is not valid JSON: {error}"), ""))?;
     if let Some(part @ Value::String(_)) = value.get_mut("part") {
@@ -133,7 +133,7 @@ fn read(json: &str) -> Result<Job> {
     Job::from_plain_json(&value.to_string())
 }
 
-fn sources(job: &Job, surfaces: &Surfaces, control: &Control) -> Result<Vec<Source>> {
+pub(crate) fn sources(job: &Job, surfaces: &Surfaces, control: &Control) -> Result<Vec<Source>> {
     let source = |index: usize| match &surfaces[index] {
         Some(surface) => Ok(surface.get().source.clone()),
         None => read_file(&job.geometries[index].file, control),

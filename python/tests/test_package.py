@@ -12,6 +12,7 @@ from pathlib import Path
 
 import hexcast
 import pytest
+import pyvista
 from hexcast._options import GEOMETRY_KEYS, JOB_KEYS
 
 from places import ROOT
@@ -114,13 +115,18 @@ def test_readme_runs(spot, tmp_path, monkeypatch):
         exec(compile(block, "README.md", "exec"), {})
 
 
-@pytest.mark.parametrize("page", ["fractions", "links", "staggered"])
+@pytest.mark.parametrize("page", ["fractions", "links", "scenes", "staggered"])
 def test_what_a_page_says_of_python_runs(page, spot, tmp_path, monkeypatch):
     """Blocks marked ``py``; those marked ``python`` read files of the command, and run with the solvers."""
     monkeypatch.chdir(tmp_path)
-    for name in ("part.stl", "body.stl"):
+    for name in ("part.stl", "body.stl", "rotor.stl"):
         (tmp_path / name).write_bytes(Path(spot).read_bytes())
+    pyvista.Sphere(radius=1.5).save(tmp_path / "tank.stl")
+    given = set(tmp_path.iterdir())
     blocks = re.findall(r"```py\n(.+?)```", (ROOT / "docs" / f"{page}.md").read_text(), re.S)
     assert len(blocks) == 1
-    exec(compile(blocks[0], page, "exec"), {"hexcast": hexcast})
-    assert any(path.suffix == ".npz" for path in tmp_path.iterdir())
+    names = {"hexcast": hexcast}
+    exec(compile(blocks[0], page, "exec"), names)
+    assert set(tmp_path.iterdir()) - given
+    if page == "scenes":
+        assert (names["flags"] == names["scene"].mesh.flags).all()

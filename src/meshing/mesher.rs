@@ -104,13 +104,7 @@ impl Mesher {
     ///
     /// # Errors
     /// Those of [`Scene::new`].
-    pub fn scene(
-        &mut self,
-        job: Job,
-        sources: Vec<Source>,
-        options: MeshOptions,
-        control: &Control,
-    ) -> Result<(Scene, Report)> {
+    pub fn scene(&mut self, job: Job, sources: Vec<Source>, options: MeshOptions, control: &Control) -> Result<Scene> {
         let made = pollster::block_on(Scene::new(job, sources, options, &mut self.engine, control));
         self.engine.seconds = 0.0;
         made

@@ -13,8 +13,13 @@
 //! geometries once, as does the first after a whole mesh. Give the job a domain: without one the box follows the geometries, and every edit
 //! that moves its sides is a whole mesh.
 
+use std::sync::Arc;
+
+use serde::Serialize;
+
+use crate::meshing::measured::Measured;
 use crate::meshing::pipeline::{self, Engine, MeshOptions, Prepared, SpillTarget, findings_without_cells, prepare};
-use crate::meshing::report::{CallerFacts, Report};
+use crate::meshing::report::{CallerFacts, ColumnsReport, Report};
 use hexcast_core::base::control::Control;
 use hexcast_core::base::error::Result;
 use hexcast_core::base::finding::{Finding, in_order_of_codes};
@@ -28,7 +33,8 @@ use hexcast_core::stages::cast::Cast;
 use hexcast_core::stages::kept::Kept;
 
 /// Why an update meshed the whole.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
 #[non_exhaustive]
 pub enum Whole {
     /// The lines are other ones, or the axis of the rays, the rule, the unit or the precision of the snap: that is less where a geometry lies far
@@ -44,11 +50,12 @@ pub enum Whole {
 }
 
 /// What an update did.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Update {
     /// The cells whose flags changed, in the order of rays, `i + n_i * j`, and cells; None where the box has other lines or rays, so that all
     /// may have.
+    #[serde(skip)]
     pub changed: Option<Vec<ChangedRun>>,
     /// Why the whole was meshed; None where some rays were enough.
     pub whole: Option<Whole>,
@@ -57,8 +64,14 @@ pub struct Update {
     /// What the reader should know. Where some rays were enough: which geometries have no cell, and about the lines; shells and volumes were not
     /// looked at.
     pub findings: Vec<Finding>,
-    /// The report of the whole mesh, if that was made.
-    pub report: Option<Report>,
+}
+
+impl Update {
+    /// What it did, as JSON, without the cells that changed.
+    pub fn to_json(&self) -> String {
+        // a struct of numbers and texts always has a JSON form
+        serde_json::to_string(self).unwrap_or_default()
+    }
 }
 
 /// A job, and its mesh, which follows the edits of the job.
@@ -70,6 +83,9 @@ pub struct Scene {
     prepared: Prepared,
     rule: Rule,
     mesh: Mesh,
+    measured: Arc<Measured>,
+    /// Of the mesh, if it was made as a whole.
+    report: Option<Report>,
     cells_per_flag: [u64; 256],
     /// Of the geometries of the mesh; None before they are needed.
     kept: Option<Kept>,
@@ -91,21 +107,51 @@ impl Scene {
         options: MeshOptions,
         engine: &mut Engine,
         control: &Control,
-    ) -> Result<(Scene, Report)> {
+    ) -> Result<Scene> {
         let options = options.with_spill(SpillTarget::None);
         let prepared = prepare(&job, sources.clone())?;
-        let (mesh, facts) = pipeline::mesh(&job, sources.clone(), &options, engine, control).await?;
-        let report = Report::new(facts, CallerFacts::default());
+        let (mesh, measured, report) = whole(&job, &sources, &options, engine, control).await?;
         let (rule, cells_per_flag, is_open) = (job.rule, mesh.columns().cells_per_flag(), is_open(&report));
         let has_more = asks_for_more(&job, &options, &prepared);
-        let kept = None;
-        let scene = Scene { job, sources, options, prepared, rule, mesh, cells_per_flag, kept, is_open, has_more };
-        Ok((scene, report))
+        let (kept, report) = (None, Some(report));
+        Ok(Scene {
+            job,
+            sources,
+            options,
+            prepared,
+            rule,
+            mesh,
+            measured,
+            report,
+            cells_per_flag,
+            kept,
+            is_open,
+            has_more,
+        })
     }
 
-    /// The mesh of the last update.
+    /// The mesh of the last update. A clone takes no more memory than later updates change.
     pub fn mesh(&self) -> &Mesh {
         &self.mesh
+    }
+
+    /// What the mesh has beside its cells, where the job asks for it.
+    pub fn measured(&self) -> &Arc<Measured> {
+        &self.measured
+    }
+
+    /// The report of the mesh; None where some rays were enough for the last update.
+    pub fn report(&self) -> Option<&Report> {
+        self.report.as_ref()
+    }
+
+    /// The report of the mesh as JSON; where some rays were enough for the last update, what the columns say of it.
+    pub fn report_json(&self) -> String {
+        // structs of numbers and texts always have a JSON form
+        match &self.report {
+            Some(report) => report.to_json(),
+            None => serde_json::to_string(&ColumnsReport::new(&self.mesh)).unwrap_or_default(),
+        }
     }
 
     /// Number of its cells of every flag, 0 to 255.
@@ -190,17 +236,17 @@ impl Scene {
     async fn splice(&mut self, prepared: Prepared, runs: &SomeRuns) -> Result<Update> {
         let n_crossings = self.kept.as_ref().map_or(0, Kept::n_crossings);
         let changed = self.mesh.splice(runs, n_crossings, prepared.names.clone())?;
-        for &ChangedRun { start, end, from, to, .. } in &changed {
+        for &ChangedRun { start, end, before, after, .. } in &changed {
             let n = u64::from(end - start);
-            self.cells_per_flag[usize::from(from)] -= n;
-            self.cells_per_flag[usize::from(to)] += n;
+            self.cells_per_flag[usize::from(before)] -= n;
+            self.cells_per_flag[usize::from(after)] += n;
         }
-        self.prepared = prepared;
+        (self.prepared, self.report) = (prepared, None);
         // the mesh is made: nothing cancels what is said of it
         let mut findings = self.prepared.notices.clone();
         findings.extend(self.findings_without_cells(&Control::default()).await?);
         let findings = in_order_of_codes(findings);
-        Ok(Update { changed: Some(changed), whole: None, rays: runs.n_rays(), findings, report: None })
+        Ok(Update { changed: Some(changed), whole: None, rays: runs.n_rays(), findings })
     }
 
     async fn findings_without_cells(&self, control: &Control) -> Result<Vec<Finding>> {
@@ -221,19 +267,31 @@ impl Scene {
     ) -> Result<Update> {
         // its memory is for the mesh
         self.kept = None;
-        let (mesh, facts) = pipeline::mesh(&self.job, self.sources.clone(), &self.options, engine, control).await?;
+        let (mesh, measured, report) = whole(&self.job, &self.sources, &self.options, engine, control).await?;
         let is_same_box = self.mesh.lines() == mesh.lines() && self.mesh.columns().rays() == mesh.columns().rays();
         let changed = match is_same_box {
             true => Some(self.mesh.columns().changed_runs(mesh.columns())?),
             false => None,
         };
-        let report = Report::new(facts, CallerFacts::default());
         self.has_more = asks_for_more(&self.job, &self.options, &prepared);
         (self.is_open, self.rule, self.prepared) = (is_open(&report), self.job.rule, prepared);
-        (self.cells_per_flag, self.mesh) = (mesh.columns().cells_per_flag(), mesh);
+        (self.cells_per_flag, self.mesh, self.measured) = (mesh.columns().cells_per_flag(), mesh, measured);
         let (rays, findings) = (self.mesh.columns().rays().n_rays(), report.mesh.findings.clone());
-        Ok(Update { changed, whole: Some(why), rays, findings, report: Some(report) })
+        self.report = Some(report);
+        Ok(Update { changed, whole: Some(why), rays, findings })
     }
+}
+
+async fn whole(
+    job: &Job,
+    sources: &[Source],
+    options: &MeshOptions,
+    engine: &mut Engine,
+    control: &Control,
+) -> Result<(Mesh, Arc<Measured>, Report)> {
+    let (mesh, mut facts) = pipeline::mesh(job, sources.to_vec(), options, engine, control).await?;
+    let measured = Arc::new(Measured::take(&mut facts));
+    Ok((mesh, measured, Report::new(facts, CallerFacts::default())))
 }
 
 fn is_open(report: &Report) -> bool {

@@ -6,10 +6,8 @@ use wasm_bindgen::prelude::*;
 use super::info::json;
 use super::mesh::WebMesh;
 use super::work::WebWork;
-use crate::meshing::measured::Measured;
 use crate::meshing::report::ColumnsReport;
 use hexcast_core::derived::difference::difference_with_rests;
-use hexcast_core::input::job::ZarrJob;
 
 #[wasm_bindgen]
 impl WebMesh {
@@ -21,7 +19,7 @@ impl WebMesh {
         WebWork::new(move |control| async move {
             let found = difference_with_rests(&one, &other, max_bytes as u64, &control).await?;
             let (facts, report) = (json(&found), json(&ColumnsReport::new(&found.mask)));
-            let mask = WebMesh::new(found.mask, (Measured::default(), ZarrJob::default()), report);
+            let mask = WebMesh::new(found.mask, Default::default(), report);
             Ok(Array::of2(&facts.into(), &mask.into()).into())
         })
     }

@@ -2,6 +2,7 @@
 
 use std::io::Write;
 use std::rc::Rc;
+use std::sync::Arc;
 
 use super::resting::Resting;
 use crate::meshing::measured::Measured;
@@ -51,7 +52,7 @@ pub(super) fn export_work(mesh: Rc<Mesh>, exporter: Exporter, options: ExportOpt
 }
 
 /// Starts the links of a mesh as HDF5.
-pub(super) fn links_work(measured: Rc<Measured>, compress: Compress) -> Result<Resting> {
+pub(super) fn links_work(measured: Arc<Measured>, compress: Compress) -> Result<Resting> {
     measured.links()?;
     Ok(Resting::new(1, move |made, _| async move {
         write_links(measured.links()?, "links.h5", compress, &mut WebFiles { made, archive: None })

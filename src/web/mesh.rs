@@ -26,15 +26,15 @@ const OPENED_BYTES: u64 = 1 << 30;
 #[wasm_bindgen]
 pub struct WebMesh {
     pub(super) mesh: Rc<Mesh>,
-    pub(super) measured: Rc<Measured>,
+    pub(super) measured: Arc<Measured>,
     /// Shapes of the shards of a Zarr store.
     pub(super) zarr: ZarrJob,
     report: String,
 }
 
 impl WebMesh {
-    pub(super) fn new(mesh: Mesh, (measured, zarr): (Measured, ZarrJob), report: String) -> WebMesh {
-        WebMesh { mesh: Rc::new(mesh), measured: Rc::new(measured), zarr, report }
+    pub(super) fn new(mesh: Mesh, (measured, zarr): (Arc<Measured>, ZarrJob), report: String) -> WebMesh {
+        WebMesh { mesh: Rc::new(mesh), measured, zarr, report }
     }
 }
 

@@ -33,7 +33,7 @@ fn job(n: u8, dims: [u32; 3]) -> Job {
 }
 
 fn scene(mesher: &mut Mesher, job: Job, sources: Vec<Source>) -> Scene {
-    mesher.scene(job, sources, MeshOptions::default(), &Control::default()).unwrap().0
+    mesher.scene(job, sources, MeshOptions::default(), &Control::default()).unwrap()
 }
 
 fn flags(mesh: &Mesh) -> Vec<u8> {
@@ -44,14 +44,14 @@ fn flags(mesh: &Mesh) -> Vec<u8> {
 fn change(flags: &mut [u8], mesh: &Mesh, update: &Update) {
     let (rays, [nx, ny, _]) = (*mesh.columns().rays(), mesh.dims().map(|n| n as usize));
     let changed = update.changed.as_ref().unwrap();
-    assert!(changed.is_sorted() && changed.iter().all(|run| run.start < run.end && run.from != run.to));
+    assert!(changed.is_sorted() && changed.iter().all(|run| run.start < run.end && run.before != run.after));
     for run in changed {
         let across = [run.ray % u64::from(rays.counts[0]), run.ray / u64::from(rays.counts[0])].map(|at| at as u32);
         for along in run.start..run.end {
             let [x, y, z] = rays.cell([across[0], across[1], along]).map(|at| at as usize);
             let flag = &mut flags[x + nx * (y + ny * z)];
-            assert_eq!(*flag, run.from, "{run:?}");
-            *flag = run.to;
+            assert_eq!(*flag, run.before, "{run:?}");
+            *flag = run.after;
         }
     }
 }
@@ -235,7 +235,7 @@ fn a_flag_changes_the_rays_of_its_body_and_its_name() {
     scene.job_mut().geometries[1].flag = Some(9);
     let update = mesher.update(&mut scene, &Control::default()).unwrap();
     assert_eq!((update.whole, scene.cells_per_flag()[2], scene.cells_per_flag()[9]), (None, 0, n));
-    assert!(update.changed.iter().flatten().all(|run| (run.from, run.to) == (2, 9)));
+    assert!(update.changed.iter().flatten().all(|run| (run.before, run.after) == (2, 9)));
     assert_is_whole(&scene, &update, &before, &mut self::mesher(BackendChoice::Cpu));
 }
 
@@ -259,7 +259,7 @@ fn what_is_not_decided_ray_by_ray_is_meshed_whole_and_says_why() {
         edit(&mut scene);
         let before = scene.mesh().clone();
         let update = mesher.update(&mut scene, &Control::default()).unwrap();
-        assert_eq!(update.report.is_some(), update.whole.is_some());
+        assert_eq!(scene.report().is_some(), update.whole.is_some());
         assert_is_whole(&scene, &update, &before, &mut self::mesher(BackendChoice::Cpu));
         update.whole
     };

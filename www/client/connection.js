@@ -143,7 +143,10 @@ export class Connection {
     const operation = this.#abandoned.get(id);
     this.#abandoned.delete(id);
     if (operation === 'encode') this.send('release', { encoder: result });
-    else if (result?.surface || result?.mesh) this.send('release', { surface: result.surface, mesh: result.mesh });
+    else if (result && typeof result === 'object') {
+      const { surface, mesh, scene } = result;
+      if (surface || mesh || scene) this.send('release', { surface, mesh, scene });
+    }
   }
 
   /**

@@ -2,6 +2,7 @@
 import { CALL, kindOf, oneOf, optionsOf, text, wholeNumber, wrongValue, yesOrNo } from './check.js';
 import { HexcastError } from '../protocol/error.js';
 import { Mesh } from './mesh.js';
+import { Scene } from './scene.js';
 import { plainJson } from './job_json.js';
 import { columnBytes, nameOf, surfaceOf } from './source.js';
 import { clearSpillFiles } from '../platform/spill.js';
@@ -110,13 +111,22 @@ export class Mesher {
     const start = performance.now();
     const { spill = 'auto', maxDeviceBytes, ...call } = optionsOf(options, ['spill', 'maxDeviceBytes', ...CALL]);
     oneOf('spill', spill, ['auto', true, false]);
-    if (maxDeviceBytes !== undefined) wholeNumber('maxDeviceBytes', maxDeviceBytes, LEAST_DEVICE_BYTES, Number.MAX_SAFE_INTEGER);
+    checkDeviceBytes(maxDeviceBytes);
     return this.#withSurfaces(job, call, async (prepared) => {
       const readSeconds = prepared.readAny ? (performance.now() - start) / 1000 : 0;
       const made = await this.#connection.call('mesh', { ...prepared, readSeconds, spill, maxDeviceBytes }, call);
-      // where the GPU was lost for good, the mesher stays on the CPU
-      if (this.backend === 'gpu' && 'engine' in made) Object.assign(this, made.engine);
       return this.#meshOf(made);
+    });
+  }
+
+  /** @param {Job} job @param {import('../hexcast.js').SceneOptions} [options] */
+  async scene(job, options) {
+    const { maxDeviceBytes, ...call } = optionsOf(options, ['maxDeviceBytes', ...CALL]);
+    checkDeviceBytes(maxDeviceBytes);
+    return this.#withSurfaces(job, call, async (prepared) => {
+      const made = await this.#connection.call('scene', { ...prepared, maxDeviceBytes }, call);
+      const withSurfaces = /** @type {import('./mesh.js').WithSurfaces<any>} */ ((...args) => this.#withSurfaces(...args));
+      return new Scene(this.#connection, made, withSurfaces, (of) => this.#meshOf(of));
     });
   }
 
@@ -143,8 +153,10 @@ export class Mesher {
     return this.#meshOf(await this.#connection.call('openColumns', { source }, call));
   }
 
-  /** @param {import('./connection.js').Result<'openColumns'>} made */
+  /** @param {import('./connection.js').Result<'openColumns'> & { engine?: import('../core/core.js').Facts }} made */
   #meshOf(made) {
+    // where the GPU was lost for good, the mesher stays on the CPU
+    if (this.backend === 'gpu' && made.engine) Object.assign(this, made.engine);
     return new Mesh(this.#connection, made, (job, options, run) => this.#withSurfaces(job, options, run));
   }
 
@@ -191,6 +203,11 @@ export class Mesher {
       for (const surface of temporary) this.#connection.send('release', { surface });
     }
   }
+}
+
+/** @param {number | undefined} bytes */
+function checkDeviceBytes(bytes) {
+  if (bytes !== undefined) wholeNumber('maxDeviceBytes', bytes, LEAST_DEVICE_BYTES, Number.MAX_SAFE_INTEGER);
 }
 
 /**

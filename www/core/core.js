@@ -16,7 +16,7 @@ import init, { WebEngine, WebGpu, WebJob, WebMesh, WebSurface, WebSwitch, expand
 import { NOT_FOUND } from '../platform/own_files.js';
 import { Pace } from './pace.js';
 import { readSurface } from './read_files.js';
-import { allRuns } from './runs.js';
+import { allRuns, changedRuns } from './runs.js';
 import { inSteps } from './steps.js';
 
 /**
@@ -38,6 +38,8 @@ export class Core {
   #surfaces = new Held();
   /** @type {Held<WebMesh>} */
   #meshes = new Held();
+  /** @type {Held<import('../hexcast_wasm.js').WebScene>} */
+  #scenes = new Held();
   /** @type {Held<import('../hexcast_wasm.js').WebEncoder>} */
   #encoders = new Held();
   /** @type {Map<number, State>} */
@@ -110,7 +112,7 @@ export class Core {
   /** Ends all calls and frees all that was made. */
   dispose() {
     for (const call of this.#switches.keys()) this.cancel(call);
-    for (const held of [this.#surfaces, this.#meshes, this.#encoders]) held.close();
+    for (const held of [this.#surfaces, this.#meshes, this.#scenes, this.#encoders]) held.close();
     this.#isDisposed = true;
     // a mesh that is being made holds the engine
     this.#turn.then(() => this.#free());
@@ -212,13 +214,37 @@ export class Core {
       const job = this.#job(args, state);
       return this.#engine.mesh(job, args.readSeconds, args.maxDeviceBytes, onRays(progress), await open?.());
     });
+    const facts = this.#describeMade(mesh);
+    this.#pace.learn(facts.report);
+    return facts;
+  }
+
+  /** Facts of a mesh that the engine made, which may have lost its GPU for good. @param {WebMesh} mesh */
+  #describeMade(mesh) {
     const facts = this.#describe(mesh);
     /** @type {Facts} */
     const engine = JSON.parse(this.#engine.facts());
     facts.report.fallback = this.#notTaken ?? facts.report.fallback;
-    this.#pace.learn(facts.report);
-    // the GPU may have been lost for good
     return engine.adapter ? facts : { ...facts, engine };
+  }
+
+  /** @param {JobArguments & { maxDeviceBytes?: number }} args @param {Listener} progress @param {State} state */
+  scene({ maxDeviceBytes, ...args }, progress, state) {
+    return this.#inTurn(state, async () => {
+      const scene = await this.#engine.scene(this.#job(args, state), maxDeviceBytes, onRays(progress));
+      return { scene: this.#scenes.keep(scene), ...this.#describeMade(scene.mesh()) };
+    });
+  }
+
+  /** @param {JobArguments & { scene: number }} args @param {Listener} progress @param {State} state */
+  update({ scene: id, ...args }, progress, state) {
+    return this.#inTurn(state, async () => {
+      const scene = this.#scenes.get(id);
+      await this.#engine.update(scene, this.#job(args, state), onRays(progress));
+      /** @type {Omit<import('../hexcast.js').Update, 'changed'>} */
+      const update = JSON.parse(scene.update());
+      return { update, changed: changedRuns(scene.changed()), ...this.#describeMade(scene.mesh()) };
+    });
   }
 
   /**
@@ -343,8 +369,9 @@ export class Core {
     return sha256(this.#meshes.get(mesh), options, progress, state);
   }
 
-  /** Frees what is named. @param {{ surface?: number, mesh?: number, encoder?: number }} args */
-  release({ surface, mesh, encoder }) {
+  /** Frees what is named. @param {{ surface?: number, mesh?: number, scene?: number, encoder?: number }} args */
+  release({ surface, mesh, scene, encoder }) {
+    this.#scenes.release(scene);
     this.#surfaces.release(surface);
     this.#meshes.release(mesh);
     this.#encoders.release(encoder);

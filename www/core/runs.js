@@ -42,3 +42,17 @@ function unpack(packed, ray, { offsets, starts, flags }) {
     offsets[ray + 1] = to;
   }
 }
+
+/**
+ * The runs of cells that an update of a scene changed, of five numbers each; null where all may have.
+ *
+ * @param {Uint32Array | undefined} packed
+ */
+export function changedRuns(packed) {
+  if (!packed) return null;
+  const n = packed.length / 5;
+  const of = (/** @type {number} */ part) => (/** @type {unknown} */ _, /** @type {number} */ run) => packed[5 * run + part];
+  const numbers = (/** @type {number} */ part) => Uint32Array.from({ length: n }, of(part));
+  const flags = (/** @type {number} */ part) => Uint8Array.from({ length: n }, of(part));
+  return { rays: numbers(0), starts: numbers(1), ends: numbers(2), before: flags(3), after: flags(4) };
+}

@@ -156,14 +156,16 @@ fn argument(c_type: &str, name: &str) -> String {
         "HexcastProgress" => format!("type(c_funptr), value :: {name}"),
         // it is left as it is where nothing fails
         "HexcastError**" => format!("type(c_ptr), intent(inout) :: {name}"),
-        "HexcastMesh*" | "HexcastMesher*" | "HexcastError*" | "void*" => format!("type(c_ptr), value :: {name}"),
+        "HexcastMesh*" | "HexcastMesher*" | "HexcastScene*" | "HexcastError*" | "void*" => {
+            format!("type(c_ptr), value :: {name}")
+        }
         "HexcastFacets*" => format!("type(hexcast_facets), intent(in) :: {name}(*)"),
+        of if of.ends_with("**") => format!("type(c_ptr), intent(out) :: {name}"),
         of if of.starts_with("Hexcast") && of.ends_with('*') => {
             format!("type({}), {intent} :: {name}", fortran_name(of.trim_end_matches('*')))
         }
         "char*" => format!("character(kind=c_char), {intent} :: {name}(*)"),
         "size_t*" => format!("integer(c_size_t), {intent} :: {name}"),
-        of if of.ends_with("**") => format!("type(c_ptr), intent(out) :: {name}"),
         of if of.ends_with('*') => format!("{}, {intent} :: {name}(*)", number(of.trim_end_matches('*'))),
         of => format!("{}, value :: {name}", number(of)),
     }
@@ -183,7 +185,12 @@ fn number(c_type: &str) -> String {
     .to_string()
 }
 
-/// `HexcastArray` is `hexcast_array`.
+/// `HexcastChangedRun` is `hexcast_changed_run`.
 fn fortran_name(name: &str) -> String {
-    format!("hexcast_{}", name.trim_start_matches("Hexcast").to_ascii_lowercase())
+    let snake: String = name
+        .chars()
+        .flat_map(|letter| [letter.is_uppercase().then_some('_'), Some(letter.to_ascii_lowercase())])
+        .flatten()
+        .collect();
+    snake.trim_start_matches('_').to_string()
 }

@@ -64,7 +64,16 @@ fn the_fortran_module_is_that_of_the_header() {
     // found in another way
     let n_functions =
         header.matches("**error);").count() + header.matches("(const struct HexcastError *error);").count();
-    let n_others = ["version(void)", "error_free(", "mesh_free(", "mesher_free(", "mesh_doubt(", "mesh_report("];
+    let n_others = [
+        "version(void)",
+        "error_free(",
+        "mesh_free(",
+        "mesher_free(",
+        "mesh_doubt(",
+        "mesh_report(",
+        "scene_free(",
+        "scene_told(",
+    ];
     let n_functions =
         n_functions + n_others.iter().map(|of| header.matches(&format!("hexcast_{of}")).count()).sum::<usize>();
     assert_eq!(module.matches("bind(c, name='hexcast_").count(), n_functions);

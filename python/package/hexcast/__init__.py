@@ -25,6 +25,7 @@ from ._mesh import Columns, Difference, FlagPair, Mesh, Slab, warn
 from ._options import GeometryOptions, JobOptions
 from ._pictures import Picture
 from ._progress import follow
+from ._scene import ChangedRuns, Scene, Update
 from ._signature import with_options
 from ._surface import Surface, SurfaceLike, surface
 
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
 
 __version__ = _hexcast.__version__
 __all__ = [
+    "ChangedRuns",
     "Columns",
     "Difference",
     "Error",
@@ -46,15 +48,18 @@ __all__ = [
     "Mesh",
     "MeshWarning",
     "Picture",
+    "Scene",
     "Slab",
     "Staggered",
     "Surface",
     "SurfaceLike",
+    "Update",
     "converge",
     "estimate",
     "load",
     "mesh",
     "parts",
+    "scene",
     "surface",
 ]
 
@@ -110,6 +115,40 @@ def mesh(
     how = (adapter, threads_of(threads), None if spill is None else os.fspath(spill), doubt)
     with follow(progress) as function:
         return warn(Mesh(_hexcast.mesh(job, surfaces, how, function)))
+
+
+@with_options(JobOptions)
+def scene(
+    what: JobLike,
+    *,
+    progress: Union[Callable[[int, int], object], bool, Any, None] = None,
+    adapter: Optional[str] = None,
+    threads: Optional[int] = None,
+    **options: Unpack[JobOptions],
+) -> Scene:
+    """Meshes a job whose geometries will move, turn or be replaced: :meth:`Scene.update` makes what changed, and lists it.
+
+    Takes what :func:`mesh` takes; the columns stay in memory. Give it a ``domain``: without one the box follows the geometries, and every
+    edit that moves its sides is a whole mesh.
+
+    >>> import hexcast
+    >>> from hexcast.shapes import sphere
+    >>> ball = hexcast.surface(sphere((0, 0, 0), 1.0))
+    >>> scene = hexcast.scene(ball, domain=(-2, -2, -2, 2, 2, 2), cells=64, backend="cpu")
+    >>> update = scene.update({"source": ball, "translate": (0.25, 0, 0)})
+    >>> update.whole is None, update.rays < 64 * 64
+    (True, True)
+    >>> index, before, after = update.changed.cells()
+    >>> flags = scene.mesh.flags
+    >>> bool((flags[index[:, 2], index[:, 1], index[:, 0]] == after).all())
+    True
+    """
+    given = dict(options)
+    job, surfaces = job_of(what, given)
+    with follow(progress) as function:
+        made = Scene(_hexcast.scene(job, surfaces, adapter, threads_of(threads), function), given)
+    warn(made.mesh)
+    return made
 
 
 def threads_of(threads: Optional[int]) -> Optional[int]:

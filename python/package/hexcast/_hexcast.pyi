@@ -52,6 +52,23 @@ class RawMesh:
     def zarr_part(self, compress: Optional[int]) -> list[tuple[str, bytes]]: ...
     def write_zarr(self, name: str, path: Path, compress: Optional[int]) -> None: ...
 
+class RawScene:
+    def mesh(self) -> RawMesh: ...
+    def rays(self) -> tuple[int, tuple[int, int]]: ...
+    def update(
+        self,
+        job: str,
+        surfaces: Sequence[Optional[Surface]],
+        progress: Optional[Callable[[int, int], object]] = None,
+    ) -> tuple[
+        str,
+        Optional[
+            tuple[
+                NDArray[np.uint64], NDArray[np.uint32], NDArray[np.uint32], NDArray[np.uint8], NDArray[np.uint8]
+            ]
+        ],
+    ]: ...
+
 def measured_kinds(mesh: RawMesh) -> list[str]: ...
 def arrays(mesh: RawMesh, of: str) -> list[tuple[str, str, list[int]]]: ...
 def fill_array(mesh: RawMesh, of: str, index: int, out: NDArray[np.uint8]) -> None: ...
@@ -70,6 +87,13 @@ def mesh(
     how: Optional[tuple[Optional[str], Optional[int], Optional[str], bool]] = None,
     progress: Optional[Callable[[int, int], object]] = None,
 ) -> RawMesh: ...
+def scene(
+    job: str,
+    surfaces: Sequence[Optional[Surface]],
+    adapter: Optional[str] = None,
+    threads: Optional[int] = None,
+    progress: Optional[Callable[[int, int], object]] = None,
+) -> RawScene: ...
 def estimate(job: str, surfaces: Sequence[Optional[Surface]]) -> str: ...
 def parts(
     job: str, surfaces: Sequence[Optional[Surface]], of: Sequence[int]

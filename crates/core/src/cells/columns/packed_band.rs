@@ -5,6 +5,8 @@
 //! ray by adding one.
 //! Cost in memory: 4 bytes a run and 1.07 bytes a ray.
 
+use std::sync::Arc;
+
 use super::run::{Band, run_cell, run_flag};
 use crate::base::parallel::*;
 
@@ -15,7 +17,7 @@ const WIDE: u32 = 255;
 /// Rays that one core takes at a time; whole blocks.
 const CHUNK: usize = 256 * BLOCK;
 
-/// Runs of consecutive rays.
+/// Runs of consecutive rays, which clones share.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct PackedBand {
     /// Index of the first ray.
@@ -24,6 +26,12 @@ pub(crate) struct PackedBand {
     pub(crate) odd_rays: u64,
     /// Number of crossings of the rays.
     pub(crate) n_crossings: u64,
+    packed: Arc<Packed>,
+}
+
+/// What the clones of a band share.
+#[derive(Debug, Default)]
+struct Packed {
     /// Offset in `runs` of the runs of every block of rays.
     bases: Vec<u32>,
     /// Number of runs of each ray, at most [`WIDE`].
@@ -32,6 +40,30 @@ pub(crate) struct PackedBand {
     wide: Vec<(u32, u32)>,
     /// Runs, ray after ray.
     runs: Vec<u32>,
+}
+
+impl Packed {
+    /// Number of runs of a ray, counted from the first of the band.
+    #[inline(always)]
+    fn count(&self, ray: usize) -> usize {
+        match u32::from(self.counts[ray]) {
+            WIDE => {
+                let index = self.wide.partition_point(|&(other, _)| (other as usize) < ray);
+                (WIDE + self.wide[index].1) as usize
+            }
+            count => count as usize,
+        }
+    }
+
+    /// Offset in `runs` of the runs of a ray.
+    fn start(&self, ray: usize) -> usize {
+        let block = ray / BLOCK;
+        let before = block * BLOCK..ray;
+        let sum: u32 = self.counts[before.clone()].iter().map(|&count| u32::from(count)).sum();
+        let first_wide = self.wide.partition_point(|&(other, _)| (other as usize) < before.start);
+        let wide = self.wide[first_wide..].iter().take_while(|&&(other, _)| (other as usize) < ray);
+        (self.bases[block] + sum + wide.map(|(_, more)| more).sum::<u32>()) as usize
+    }
 }
 
 impl PackedBand {
@@ -55,12 +87,12 @@ impl PackedBand {
         });
         let wide = wide.collect::<Vec<_>>().concat();
         let bases = (0..ends.len()).step_by(BLOCK).map(|ray| if ray == 0 { 0 } else { ends[ray - 1] }).collect();
-        PackedBand { first_ray, odd_rays, n_crossings, bases, counts, wide, runs }
+        PackedBand { first_ray, odd_rays, n_crossings, packed: Arc::new(Packed { bases, counts, wide, runs }) }
     }
 
     /// Number of rays.
     pub(crate) fn n_rays(&self) -> u64 {
-        self.counts.len() as u64
+        self.packed.counts.len() as u64
     }
 
     /// Index of the ray after the last.
@@ -70,64 +102,45 @@ impl PackedBand {
 
     /// Number of runs.
     pub(crate) fn n_runs(&self) -> u64 {
-        self.runs.len() as u64
+        self.packed.runs.len() as u64
     }
 
     /// Bytes held in memory.
     pub(crate) fn n_bytes(&self) -> u64 {
-        let index = 4 * self.bases.capacity() + self.counts.capacity() + 8 * self.wide.capacity();
-        (index + 4 * self.runs.capacity()) as u64
-    }
-
-    /// Number of runs of a ray, counted from the first of the band.
-    #[inline(always)]
-    fn count(&self, ray: usize) -> usize {
-        match u32::from(self.counts[ray]) {
-            WIDE => {
-                let index = self.wide.partition_point(|&(other, _)| (other as usize) < ray);
-                (WIDE + self.wide[index].1) as usize
-            }
-            count => count as usize,
-        }
-    }
-
-    /// Offset in `runs` of the runs of a ray.
-    fn start(&self, ray: usize) -> usize {
-        let block = ray / BLOCK;
-        let before = block * BLOCK..ray;
-        let sum: u32 = self.counts[before.clone()].iter().map(|&count| u32::from(count)).sum();
-        let first_wide = self.wide.partition_point(|&(other, _)| (other as usize) < before.start);
-        let wide = self.wide[first_wide..].iter().take_while(|&&(other, _)| (other as usize) < ray);
-        (self.bases[block] + sum + wide.map(|(_, more)| more).sum::<u32>()) as usize
+        let Packed { bases, counts, wide, runs } = &*self.packed;
+        (4 * bases.capacity() + counts.capacity() + 8 * wide.capacity() + 4 * runs.capacity()) as u64
     }
 
     /// Runs of a ray, counted from the first of the band.
     pub(crate) fn ray(&self, ray: usize) -> &[u32] {
-        let start = self.start(ray);
-        &self.runs[start..start + self.count(ray)]
+        let packed = &*self.packed;
+        let start = packed.start(ray);
+        &packed.runs[start..start + packed.count(ray)]
     }
 
     /// Runs of the rays from one on, counted from the first of the band; cheaper than asking for each.
     pub(crate) fn rays_from(&self, ray: usize) -> impl Iterator<Item = &[u32]> {
-        let mut next = if ray < self.counts.len() { self.start(ray) } else { self.runs.len() };
-        (ray..self.counts.len()).map(move |ray| {
+        let packed = &*self.packed;
+        let mut next = if ray < packed.counts.len() { packed.start(ray) } else { packed.runs.len() };
+        (ray..packed.counts.len()).map(move |ray| {
             let start = next;
-            next += self.count(ray);
-            &self.runs[start..next]
+            next += packed.count(ray);
+            &packed.runs[start..next]
         })
     }
 
     /// Runs of at most `max_rays` rays from one on, counted from the first of the band, and where those of each end in them.
     pub(crate) fn together(&self, ray: usize, max_rays: usize) -> (&[u32], impl ExactSizeIterator<Item = u64>) {
-        let rays = ray..self.counts.len().min(ray.saturating_add(max_rays));
-        let start = self.start(ray);
-        let n_runs: usize = rays.clone().map(|ray| self.count(ray)).sum();
+        let packed = &*self.packed;
+        let rays = ray..packed.counts.len().min(ray.saturating_add(max_rays));
+        let start = packed.start(ray);
+        let n_runs: usize = rays.clone().map(|ray| packed.count(ray)).sum();
         let mut end = 0;
         let ends = rays.map(move |ray| {
-            end += self.count(ray) as u64;
+            end += packed.count(ray) as u64;
             end
         });
-        (&self.runs[start..start + n_runs], ends)
+        (&packed.runs[start..start + n_runs], ends)
     }
 
     /// Number of cells of every flag that the runs name; cells before the first run of a ray are not counted.

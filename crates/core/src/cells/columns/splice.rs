@@ -2,7 +2,7 @@
 //!
 //! Columns, runs of some rays -> columns, [`ChangedRun`]s. Bands without such a ray stay as they are; the others are packed again, in
 //! bands of at most twice [`PIECE_RAYS`] rays, so that the next splice touches less.
-//! Cost: the rays and runs of the bands that are touched; of all bands where a clone shares them.
+//! Cost: the rays and runs of the bands that are touched; clones keep theirs, and share the others.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -25,9 +25,9 @@ pub struct ChangedRun {
     /// The cell after the last.
     pub end: u32,
     /// The flag that they had.
-    pub from: u8,
+    pub before: u8,
     /// The flag that they have.
-    pub to: u8,
+    pub after: u8,
 }
 
 /// Runs of some rays.
@@ -154,7 +154,7 @@ fn add_changed(ray: u64, before: &[u32], after: &[u32], depth: u32, changed: &mu
         let cell = |run: Option<&&u32>| run.map_or(depth, |run| run_cell(**run));
         let end = cell(before.peek()).min(cell(after.peek())).min(depth);
         if from != to && start < end {
-            changed.push(ChangedRun { ray, start, end, from, to });
+            changed.push(ChangedRun { ray, start, end, before: from, after: to });
         }
         if end == depth {
             return;
@@ -183,8 +183,8 @@ mod tests {
         Columns::new(Rays::new(2, [3, 3, 10]), vec![band(0, 4), band(4, 4), band(8, 1)]).unwrap()
     }
 
-    fn changed(ray: u64, [start, end]: [u32; 2], [from, to]: [u8; 2]) -> ChangedRun {
-        ChangedRun { ray, start, end, from, to }
+    fn changed(ray: u64, [start, end]: [u32; 2], [before, after]: [u8; 2]) -> ChangedRun {
+        ChangedRun { ray, start, end, before, after }
     }
 
     #[test]
