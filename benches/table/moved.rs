@@ -27,7 +27,7 @@ pub(crate) fn measure(cells: u32, runs: u32) -> Result<(), Box<dyn Error>> {
     let mut job = Job::new(vec![GeometryJob::new("sphere"); N_SPHERES as usize]);
     (job.domain, job.dims) = (Some([0.0, 0.0, 0.0, 3.0, 3.0, 3.0]), Some([cells; 3]));
     let control = Control::default();
-    let (mut scene, report) = mesher.scene(job, sources, MeshOptions::default(), &control)?;
+    let mut scene = mesher.scene(job, sources, MeshOptions::default(), &control)?;
     let (mut seconds, mut changed, mut rays) = (Vec::new(), 0, 0);
     for step in 0..=runs.max(1) {
         let by = f64::from(step + 1) / f64::from(cells);
@@ -49,7 +49,7 @@ pub(crate) fn measure(cells: u32, runs: u32) -> Result<(), Box<dyn Error>> {
     println!(
         "{}",
         json!({
-            "case": "moved", "n": cells, "facets": facets, "moved_facets": facets as u32 / N_SPHERES, "cells": report.mesh.cells,
+            "case": "moved", "n": cells, "facets": facets, "moved_facets": facets as u32 / N_SPHERES, "cells": scene.mesh().n_cells(),
             "rays": rays, "changed_runs": changed, "first_s": seconds[0],
             "update_s": median(seconds[1..].iter().copied()), "whole_s": median(wholes.into_iter()),
         })

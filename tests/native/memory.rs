@@ -259,7 +259,7 @@ fn buffers_of_a_gpu_count_as_the_hosts_memory_only_where_they_are_in_it() {
         _ => panic!("a GPU was asked for"),
     }
     // what the program takes counts, too
-    let job = set!(Job { max_memory: Some(ByteSize(3_600_000)), ..job });
+    let job = set!(Job { max_memory: Some(ByteSize(4_200_000)), ..job });
     let options = MeshOptions::default().with_spill(spill()).with_program_bytes(3_000_000);
     let error = mesh(&job, cpu, &options, &Control::default()).unwrap_err();
     assert!(error.to_string().contains("program and driver 3.00 MB"), "{error}");
