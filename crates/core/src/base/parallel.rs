@@ -24,6 +24,12 @@ pub fn map_within<S: Default, T: Send>(numbers: Range<u32>, of: impl Fn(&mut S, 
     numbers.into_par_iter().map_init(S::default, of).collect()
 }
 
+/// Appends what becomes of items, in their order, on all cores.
+#[cfg(not(target_arch = "wasm32"))]
+pub fn extend_with<A: Sync, T: Send>(all: &mut Vec<T>, items: &[A], of: impl Fn(&A) -> T + Sync + Send) {
+    all.par_extend(items.par_iter().map(of));
+}
+
 /// The names of rayon on one thread.
 #[cfg(target_arch = "wasm32")]
 mod single {
@@ -39,6 +45,10 @@ mod single {
     pub fn map_within<S: Default, T>(numbers: Range<u32>, of: impl Fn(&mut S, u32) -> T) -> Vec<T> {
         let mut memory = S::default();
         numbers.map(|number| of(&mut memory, number)).collect()
+    }
+
+    pub fn extend_with<A, T>(all: &mut Vec<T>, items: &[A], of: impl Fn(&A) -> T) {
+        all.extend(items.iter().map(of));
     }
 
     pub fn beside<T>(other: impl FnOnce(), here: impl FnOnce() -> T) -> T {

@@ -49,12 +49,17 @@ pub async fn expected(geometries: &[Geometry], lines: &Lines, rays: &Rays, contr
 
 impl Sums {
     fn add_facets(&mut self, geometry: &Geometry, facets: &[Facet], lines: &Lines, rays: &Rays) {
-        let strip = [f64::from(rays.counts[0]), f64::from(cpu::rows_of_strip(rays))];
+        // products, as a division takes as long as all else of a facet
+        let strip = [1.0 / f64::from(rays.counts[0]), 1.0 / f64::from(cpu::rows_of_strip(rays))];
+        let (origin, per_length) = (lines.origin(), lines.spacing().map(|spacing| spacing.map(|length| 1.0 / length)));
         let (counts, depth) = (rays.counts.map(f64::from), f64::from(rays.depth));
         let placing = geometry.placing();
         let project = |corner: [f32; 3]| {
             let world = placing(corner);
-            let cells = |axis: usize| lines.position(axis, world[axis]);
+            let cells = |axis: usize| match per_length {
+                Some(per_length) => (world[axis] - origin[axis]) * per_length[axis],
+                None => lines.position(axis, world[axis]),
+            };
             [cells(rays.across[0]), cells(rays.across[1]), cells(rays.axis)]
         };
         // arrays item by item: with `map` they are calls, a fifth of the time of many facets
@@ -62,14 +67,15 @@ impl Sums {
             let mut sums = Sums::default();
             for &[a, b, c] in block {
                 let corners = [project(a), project(b), project(c)];
-                let [crossings, runs] = covered_areas(corners, counts, depth);
+                let ends = ends(&corners);
+                let [crossings, runs] = covered_areas(corners, ends, counts, depth);
                 sums.crossings += crossings;
                 sums.runs += runs;
                 if crossings > 0.0
-                    && let Some(under) = rays_under(&corners, counts)
+                    && let Some(under) = rays_under(ends, counts)
                 {
                     sums.strip_facets += n_bins(under, strip);
-                    sums.bin_facets += n_bins(under, [f64::from(BIN); 2]);
+                    sums.bin_facets += n_bins(under, [1.0 / f64::from(BIN); 2]);
                     sums.facets += 1.0;
                 }
             }
@@ -88,14 +94,27 @@ impl Sums {
     }
 }
 
+/// Least and greatest coordinates.
+#[inline(always)]
+fn ends([a, b, c]: &[Point; 3]) -> [Point; 2] {
+    let mut ends = [*a; 2];
+    for corner in [b, c] {
+        for axis in 0..3 {
+            ends[0][axis] = if corner[axis] < ends[0][axis] { corner[axis] } else { ends[0][axis] };
+            ends[1][axis] = if corner[axis] > ends[1][axis] { corner[axis] } else { ends[1][axis] };
+        }
+    }
+    ends
+}
+
 /// The first and the last ray along each side under the box of a facet; none where there is no ray.
 #[inline(always)]
-fn rays_under([a, b, c]: &[Point; 3], counts: [f64; 2]) -> Option<[[f64; 2]; 2]> {
+fn rays_under([low, high]: [Point; 2], counts: [f64; 2]) -> Option<[[f64; 2]; 2]> {
     let mut rays = [[0.0; 2]; 2];
     for side in 0..2 {
         // ray k is at k + 1/2
-        let first = -floor(0.5 - a[side].min(b[side]).min(c[side]));
-        let last = floor(a[side].max(b[side]).max(c[side]) - 0.5);
+        let first = -floor(0.5 - low[side]);
+        let last = floor(high[side] - 0.5);
         rays[side] = [first.max(0.0), last.min(counts[side] - 1.0)];
         if rays[side][0] > rays[side][1] {
             return None;
@@ -104,9 +123,10 @@ fn rays_under([a, b, c]: &[Point; 3], counts: [f64; 2]) -> Option<[[f64; 2]; 2]>
     Some(rays)
 }
 
-/// Number of bins of so many rays that these rays are in.
-fn n_bins(rays: [[f64; 2]; 2], bin: [f64; 2]) -> f64 {
-    let along = |side: usize| floor(rays[side][1] / bin[side]) - floor(rays[side][0] / bin[side]) + 1.0;
+/// Number of bins that these rays are in, of which there are so many a ray.
+#[inline(always)]
+fn n_bins(rays: [[f64; 2]; 2], per_ray: [f64; 2]) -> f64 {
+    let along = |side: usize| floor(rays[side][1] * per_ray[side]) - floor(rays[side][0] * per_ray[side]) + 1.0;
     along(0) * along(1)
 }
 
@@ -123,13 +143,19 @@ type Point = [f64; 3];
 
 /// Areas seen along the rays of the part of a triangle inside the rectangle of the rays, from 0, 0 to `counts`, and of
 /// that part of it which lies before the last centre of the rays of `depth` cells.
-fn covered_areas(triangle: [Point; 3], counts: [f64; 2], depth: f64) -> [f64; 2] {
-    let inside = |[x, y, _]: &Point| (0.0..=counts[0]).contains(x) && (0.0..=counts[1]).contains(y);
-    let end = depth - 0.5;
-    let (is_inside, is_before) = (triangle.iter().all(inside), triangle.iter().all(|point| point[2] <= end));
-    if is_inside && is_before {
+#[inline(always)]
+fn covered_areas(triangle: [Point; 3], [low, high]: [Point; 2], counts: [f64; 2], depth: f64) -> [f64; 2] {
+    let is_inside = low[0] >= 0.0 && low[1] >= 0.0 && high[0] <= counts[0] && high[1] <= counts[1];
+    if is_inside && high[2] <= depth - 0.5 {
         return [polygon_area(&triangle); 2];
     }
+    clipped_areas(triangle, counts, depth)
+}
+
+#[cold]
+fn clipped_areas(triangle: [Point; 3], counts: [f64; 2], depth: f64) -> [f64; 2] {
+    let end = depth - 0.5;
+    let is_before = triangle.iter().all(|point| point[2] <= end);
     let mut polygon = triangle.to_vec();
     for axis in 0..2 {
         polygon = clip(&polygon, |point| point[axis]);
@@ -175,6 +201,7 @@ mod tests {
     #[test]
     fn areas_are_clipped_to_the_rectangle() {
         let at = |corners: [[f64; 2]; 3]| corners.map(|[x, y]| [x, y, x]);
+        let covered_areas = |corners: [Point; 3], counts, depth| covered_areas(corners, ends(&corners), counts, depth);
         let areas = |corners, side| covered_areas(at(corners), [side; 2], 1e9);
         let triangle = [[-2.0, -2.0], [6.0, -2.0], [-2.0, 6.0]];
         assert_eq!(areas(triangle, 2.0), [4.0; 2]);

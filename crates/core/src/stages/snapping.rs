@@ -4,7 +4,10 @@
 //! Geometries, lines, rays -> [`Snapped`]. The frame has all facets, or only those whose boxes contain a ray: no ray hits the
 //! others. So a fine surface in a coarse mesh loses nearly all of its facets here.
 //!
-//! Cost: some 70 ns per facet on one core; 38 bytes per facet that stays, and for a moment 12 bytes per facet of one geometry.
+//! Cost: some 70 ns per facet on one core; 38 bytes per facet that stays, and for a moment 12 bytes per facet of one geometry. Facets are snapped to
+//! where they stay; those that do not leave at once.
+
+use std::ops::Range;
 
 use crate::base::control::{Control, Paced};
 use crate::base::error::Result;
@@ -20,7 +23,7 @@ use crate::input::job::Rule;
 use crate::stages::facet::rays_under;
 
 /// Facets between two rests: some tens of milliseconds. A multiple of those that sums take together.
-const FACETS_AT_ONCE: usize = 1 << 18;
+const FACETS_AT_ONCE: usize = 1 << 16;
 /// Bytes of a snapped facet, and of one while the edges of its geometry are compared.
 const SNAPPED_BYTES: u64 = 38;
 const EDGE_BYTES: u64 = 20;
@@ -47,15 +50,13 @@ impl Snapped {
         Ok(Snapped { frame, closed: Vec::new(), ends: vec![None; n], bound_sums: vec![BoundSums::default(); n] })
     }
 
-    /// Adds facets of a geometry, after which so many of all were looked at; returns the hashes of their edges.
-    fn add(&mut self, position: usize, chunks: Vec<OfChunk>, share: f64) -> Vec<Hashes> {
+    /// Adds what is known of facets of a geometry; returns the hashes of their edges.
+    fn add(&mut self, position: usize, chunks: Vec<OfChunk>) -> Vec<Hashes> {
         let Snapped { frame, ends, bound_sums, .. } = self;
-        make_room(&mut frame.facets, chunks.iter().map(|chunk| chunk.staying.len()).sum(), share);
         let mut hashes = Vec::with_capacity(chunks.len());
         for chunk in chunks {
             ends[position] = chunk.ends.iter().flatten().fold(ends[position], with_corner);
             bound_sums[position] = chunk.bound_sums.into_iter().fold(bound_sums[position], BoundSums::plus);
-            frame.facets.extend_from_slice(&chunk.staying);
             hashes.push(chunk.hashes);
         }
         frame.position_of_facet.resize(frame.facets.len(), position as u16);
@@ -102,26 +103,24 @@ pub async fn snapped(
 ) -> Result<(Snapped, Held)> {
     let n_facets = geometries.iter().map(|geometry| geometry.facets.len());
     let (n_all, n_most) = (n_facets.clone().sum::<usize>(), n_facets.max().unwrap_or(0));
-    // those that were snapped last are there twice, and three times where some are left out
-    let again = if rays.is_none() { 1 } else { 2 };
-    let of_edges = EDGE_BYTES * n_most as u64 + again * SNAPPED_BYTES * n_most.min(FACETS_AT_ONCE) as u64;
+    let of_edges = EDGE_BYTES * n_most as u64;
     let mut room = memory.take(of_edges, SNAPPED)?;
     // where no ray is asked for, all stay
     let least = if rays.is_none() { SNAPPED_BYTES * n_all as u64 } else { 0 };
     let mut snapped = Snapped::new(geometries, lines)?;
-    room.set(of_edges + least, SNAPPED)?;
+    let bare = snapped.frame.clone();
     let mut n_taken = 0;
     let mut pace = Paced::new(control, FACETS_AT_ONCE);
     for (position, index) in snapped.frame.ranks.geometry_at.clone().into_iter().enumerate() {
         let geometry = &geometries[index];
         let mut edges = Vec::new();
         for facets in geometry.facets.chunks(FACETS_AT_ONCE) {
-            let snap = snapped.frame.snapping(geometry, lines);
-            let of_chunk = |facets: &[Facet]| OfChunk::new(facets.iter().map(&snap).collect(), &snapped.frame, rays);
-            let chunks: Vec<OfChunk> = facets.par_chunks(CHUNK).map(of_chunk).collect();
+            let all = &mut snapped.frame.facets;
+            make_room(all, facets.len(), n_taken as f64 / n_all as f64);
+            room.set(of_edges + least.max(SNAPPED_BYTES * all.capacity() as u64), SNAPPED)?;
+            let chunks = append(all, facets, bare.snapping(geometry, lines), (&bare, rays));
+            edges.extend(snapped.add(position, chunks));
             n_taken += facets.len();
-            edges.extend(snapped.add(position, chunks, n_taken as f64 / n_all as f64));
-            room.set(of_edges + least.max(SNAPPED_BYTES * snapped.frame.facets.capacity() as u64), SNAPPED)?;
             pace.done(facets.len()).await?;
         }
         snapped.closed.push(Closed::new(&edges, control).await?);
@@ -157,12 +156,9 @@ pub(crate) async fn snapped_alone(
     control: &Control,
 ) -> Result<SnappedAlone> {
     let (mut facets, mut ends, mut edges) = (Vec::new(), None, Vec::new());
-    let snap = frame.snapping(geometry, lines);
     for some in geometry.facets.chunks(FACETS_AT_ONCE) {
-        let of_chunk = |facets: &[Facet]| OfChunk::new(facets.iter().map(&snap).collect(), frame, Some(rays));
-        for chunk in some.par_chunks(CHUNK).map(of_chunk).collect::<Vec<OfChunk>>() {
+        for chunk in append(&mut facets, some, frame.snapping(geometry, lines), (frame, Some(rays))) {
             ends = chunk.ends.iter().flatten().fold(ends, with_corner);
-            facets.extend_from_slice(&chunk.staying);
             edges.push(chunk.hashes);
         }
         control.rest().await?;
@@ -170,9 +166,34 @@ pub(crate) async fn snapped_alone(
     Ok(SnappedAlone { facets, closed: Closed::new(&edges, control).await?, ends })
 }
 
+/// Appends facets as they are snapped, of which those stay that rays may hit, if these are given; returns what is known of all.
+fn append(
+    all: &mut Vec<SnappedFacet>,
+    facets: &[Facet],
+    snap: impl Fn(&Facet) -> SnappedFacet + Sync + Send,
+    (frame, rays): (&Frame, Option<&Rays>),
+) -> Vec<OfChunk> {
+    let start = all.len();
+    extend_with(all, facets, snap);
+    let of_chunk = |facets: &[SnappedFacet]| OfChunk::new(facets, frame, rays);
+    let chunks: Vec<OfChunk> = all[start..].par_chunks(CHUNK).map(of_chunk).collect();
+    let mut end = start;
+    for (chunk, first) in chunks.iter().zip((start..).step_by(CHUNK)) {
+        for staying in &chunk.staying {
+            if end != first + staying.start {
+                all.copy_within(first + staying.start..first + staying.end, end);
+            }
+            end += staying.len();
+        }
+    }
+    all.truncate(end);
+    chunks
+}
+
 /// What is known of the facets that a core takes at a time.
 struct OfChunk {
-    staying: Vec<SnappedFacet>,
+    /// Those that stay, as ranges.
+    staying: Vec<Range<usize>>,
     ends: Ends,
     /// Of parts that do not depend on the number of threads.
     bound_sums: Vec<BoundSums>,
@@ -180,17 +201,22 @@ struct OfChunk {
 }
 
 impl OfChunk {
-    fn new(mut facets: Vec<SnappedFacet>, frame: &Frame, rays: Option<&Rays>) -> OfChunk {
-        let hashes = Hashes::new(&facets);
+    fn new(facets: &[SnappedFacet], frame: &Frame, rays: Option<&Rays>) -> OfChunk {
+        let hashes = Hashes::new(facets);
         let ends = facets.as_flattened().iter().fold(None, with_corner);
         // there is no bound for cells that differ in size
-        let bounded = if frame.is_graded() { &[][..] } else { &facets[..] };
+        let bounded = if frame.is_graded() { &[][..] } else { facets };
         let parts = bounded.chunks(volume_bound::CHUNK);
         let bound_sums = parts.map(|part| BoundSums::of(part, frame.fraction_bits)).collect();
-        if let Some(rays) = rays {
-            facets.retain(|facet| rays_under(facet, frame, rays).is_some());
+        let stays = |facet: &SnappedFacet| rays.is_none_or(|rays| rays_under(facet, frame, rays).is_some());
+        let mut staying: Vec<Range<usize>> = Vec::new();
+        for (index, _) in facets.iter().enumerate().filter(|(_, facet)| stays(facet)) {
+            match staying.last_mut() {
+                Some(last) if last.end == index => last.end += 1,
+                _ => staying.push(index..index + 1),
+            }
         }
-        OfChunk { staying: facets, ends, bound_sums, hashes }
+        OfChunk { staying, ends, bound_sums, hashes }
     }
 }
 
@@ -205,12 +231,12 @@ fn with_corner(ends: Ends, corner: &[i32; 3]) -> Ends {
     Some([low, high])
 }
 
-/// Makes room for more facets of which this share was looked at: for as many in all as that share lets expect, as twice the room would be
-/// too much of memory.
+/// Makes room for more facets, where those that there are are what stays of this share of all: for as many as that lets expect in all, as twice
+/// the room would be too much of memory.
 fn make_room(facets: &mut Vec<SnappedFacet>, n_more: usize, share: f64) {
     let n = facets.len() + n_more;
     if n > facets.capacity() {
-        let n_expected = (1.01 * n as f64 / share) as usize;
+        let n_expected = if share > 0.0 { (1.01 * facets.len() as f64 / share) as usize } else { 0 };
         facets.reserve_exact(n_expected.max(n) - facets.len());
     }
 }

@@ -98,9 +98,14 @@ fn an_open_surface_is_found_and_room_is_made_for_all() {
     let (found, _) = snapped(&geometries, None);
     assert_eq!(found.closed.iter().map(|closed| closed.parity).collect::<Vec<_>>(), [false, true]);
     let mut room = Vec::new();
+    make_room(&mut room, 100, 0.0);
+    assert_eq!(room.capacity(), 100);
+    // as many stay of all as of the first quarter
+    room.resize(100, [[0; 3]; 3]);
     make_room(&mut room, 100, 0.25);
     assert_eq!(room.capacity(), 404);
-    room.resize(100, [[0; 3]; 3]);
-    make_room(&mut room, 200, 0.75);
-    assert_eq!(room.capacity(), 404);
+    // some more did: there is room for those of now
+    room.resize(400, [[0; 3]; 3]);
+    make_room(&mut room, 200, 0.9);
+    assert_eq!(room.capacity(), 600);
 }
