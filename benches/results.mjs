@@ -49,13 +49,13 @@ export const jsonLines = (text) =>
     .map((line) => JSON.parse(line));
 
 /**
- * Builds a target in the release profile and returns the path of its program: `['bench', 'table']` or `['bin', 'hexcast']`.
+ * Builds a target as it is published, in the profile dist, and returns the path of its program: `['bench', 'table']` or `['bin', 'hexcast']`.
  *
  * @param {string[]} target
  */
 export function build([kind, name]) {
-  const command = kind === 'bench' ? ['bench', '--bench', name, '--no-run'] : ['build', '--release', '--bin', name];
-  const messages = jsonLines(output('cargo', [...command, '--message-format=json']));
+  const command = kind === 'bench' ? ['bench', '--bench', name, '--no-run'] : ['build', '--bin', name];
+  const messages = jsonLines(output('cargo', [...command, '--profile', 'dist', '--message-format=json']));
   return messages.find((message) => message.executable && message.target?.name === name && message.target.kind.includes(kind))
     .executable;
 }
