@@ -19,8 +19,11 @@ use crate::stages::lattice::{Lattice, lattice};
 use crate::stages::map::{Mapping, map};
 use crate::stages::slots;
 
-/// Rays of a strip, if the rows are not longer: small enough that its crossings stay in a core's cache.
-const RAYS_PER_STRIP: u32 = 16_384;
+/// Rays of a strip, if the rows are not longer: small enough that its crossings stay in a core's cache. Of many rays a strip has more, so that
+/// facets are in fewer strips.
+const RAYS_PER_STRIP: Range<u64> = 16_384..65_536;
+/// Strips that there are before each has more rays.
+const STRIPS: u64 = 256;
 /// Strips of a round, after which progress is reported and cancel is checked: enough to keep all cores busy, and on the one
 /// core of a browser's worker few enough to stop within a fraction of a second.
 pub const STRIPS_PER_ROUND: u32 = if cfg!(target_arch = "wasm32") { 4 } else { 64 };
@@ -206,5 +209,6 @@ impl<'a> Strips<'a> {
 
 /// Ray rows of a strip where the caller does not say.
 pub fn rows_of_strip(rays: &Rays) -> u32 {
-    (RAYS_PER_STRIP / rays.counts[0]).clamp(1, rays.counts[1].div_ceil(16))
+    let n_rays = (rays.n_rays() / STRIPS).clamp(RAYS_PER_STRIP.start, RAYS_PER_STRIP.end);
+    (n_rays as u32 / rays.counts[0]).clamp(1, rays.counts[1].div_ceil(16))
 }
