@@ -18,7 +18,7 @@ use crate::meshing::pipeline::{self, Engine, MeshOptions, Prepared, SpillTarget}
 use crate::meshing::report::{CallerFacts, Report};
 use crate::meshing::scene::Scene;
 use hexcast_core::base::control::{CancelToken, Control, Progress};
-use hexcast_core::base::error::Error;
+use hexcast_core::base::error::{Error, Result};
 use hexcast_core::input::job::{BackendChoice, Job};
 use hexcast_core::input::sources::Source;
 
@@ -182,15 +182,12 @@ impl WebEngine {
     ) -> JsResult<WebMesh> {
         // first of all, so that the file is closed whatever happens
         let spill = spill.map_or(SpillTarget::None, |file| SpillTarget::Temporary(Arc::new(JsFileStore::new(file))));
-        let mut engine = self.take()?;
-        let progress = keep(progress.into());
-        let control = self.control(job.token.clone(), progress);
         let max_device_bytes = max_device_bytes.map(|bytes| bytes as u64);
         let options = MeshOptions { spill, max_device_bytes, ..MeshOptions::default() };
-        let result = pipeline::mesh(&job.job, job.sources(), &options, &mut engine, &control).await;
-        forget(progress);
-        *self.engine.borrow_mut() = Some(engine);
-        let (mesh, mut facts) = result.map_err(js_error)?;
+        let work = async |engine: &mut Engine, control: &Control| {
+            pipeline::mesh(&job.job, job.sources(), &options, engine, control).await
+        };
+        let (mesh, mut facts) = self.with_engine(&job, progress, work).await?;
         let measured = Measured::take(&mut facts);
         let zarr = job.job.zarr.unwrap_or_default();
         let report = Report::new(facts, CallerFacts { read: read_seconds, ..CallerFacts::default() });
@@ -200,43 +197,49 @@ impl WebEngine {
     /// Meshes a job with so many cells along the longest side, for each of `sizes`; `progress` begins again with each. Returns JSON: the
     /// levels that `hexcast converge --json` prints.
     pub async fn converge(&self, job: WebJob, sizes: Vec<u32>, progress: Function) -> JsResult<String> {
-        let mut engine = self.take()?;
-        let progress = keep(progress.into());
-        let control = self.control(job.token.clone(), progress);
-        let result = converge(&job.job, &job.sources(), &sizes, &mut engine, &control).await;
-        forget(progress);
-        *self.engine.borrow_mut() = Some(engine);
-        result.map(|levels| info::json(&levels)).map_err(js_error)
+        let work = async |engine: &mut Engine, control: &Control| {
+            converge(&job.job, &job.sources(), &sizes, engine, control).await
+        };
+        Ok(info::json(&self.with_engine(&job, progress, work).await?))
     }
 
     /// Meshes a job that will be edited; its columns stay in memory.
     pub async fn scene(&self, job: WebJob, max_device_bytes: Option<f64>, progress: Function) -> JsResult<WebScene> {
-        let mut engine = self.take()?;
-        let progress = keep(progress.into());
-        let control = self.control(job.token.clone(), progress);
         let max_device_bytes = max_device_bytes.map(|bytes| bytes as u64);
         let options = MeshOptions { max_device_bytes, ..MeshOptions::default() };
-        let result = Scene::new(job.job.clone(), job.sources(), options, &mut engine, &control).await;
-        forget(progress);
-        *self.engine.borrow_mut() = Some(engine);
-        result.map(WebScene::new).map_err(js_error)
+        let work = async |engine: &mut Engine, control: &Control| {
+            Scene::new(job.job.clone(), job.sources(), options, engine, control).await
+        };
+        Ok(WebScene::new(self.with_engine(&job, progress, work).await?))
     }
 
     /// Gives a scene another job, and meshes what that changes. After an error the scene is as before.
     pub async fn update(&self, scene: &WebScene, job: WebJob, progress: Function) -> JsResult<()> {
-        let (held, told) = (scene.scene.clone(), scene.update.clone());
+        let work = async |engine: &mut Engine, control: &Control| {
+            // there is one engine, which is free
+            let mut held = scene.scene.take().expect("a scene that is not updated");
+            let made = held.update_to(job.job.clone(), job.sources(), engine, control).await;
+            scene.scene.replace(Some(held));
+            made
+        };
+        scene.tell(self.with_engine(&job, progress, work).await?);
+        Ok(())
+    }
+
+    /// Works with the engine, which is free again then; `progress` is called with rays done and rays in all.
+    async fn with_engine<T>(
+        &self,
+        job: &WebJob,
+        progress: Function,
+        work: impl AsyncFnOnce(&mut Engine, &Control) -> Result<T>,
+    ) -> JsResult<T> {
         let mut engine = self.take()?;
-        // there is one engine, which is free
-        let mut scene = held.borrow_mut().take().expect("a scene that is not updated");
         let progress = keep(progress.into());
         let control = self.control(job.token.clone(), progress);
-        *scene.sources_mut() = job.sources();
-        *scene.job_mut() = job.job.clone();
-        let result = scene.update(&mut engine, &control).await;
+        let made = work(&mut engine, &control).await;
         forget(progress);
-        (*self.engine.borrow_mut(), *held.borrow_mut()) = (Some(engine), Some(scene));
-        *told.borrow_mut() = Some(result.map_err(js_error)?);
-        Ok(())
+        self.engine.replace(Some(engine));
+        made.map_err(js_error)
     }
 
     fn take(&self) -> JsResult<Engine> {

@@ -115,11 +115,28 @@ impl Vertices<'_> {
     }
 }
 
+/// Reads a job, which is JSON, with its surfaces.
+///
+/// # Safety
+/// `job` is NULL or a text; `facets` is NULL or points to so many facets, for which [`sources`] says what must be so.
+pub(crate) unsafe fn job_with_sources(
+    job: *const c_char,
+    (facets, n_facets): (*const HexcastFacets, usize),
+    known: &[Source],
+) -> Result<(Job, Vec<Source>)> {
+    // SAFETY: the caller of this function vouches for both
+    let (job, facets) = unsafe { (text(job, "the job")?, array(facets, n_facets, "facets")?) };
+    let job = Job::from_plain_json(job)?;
+    // SAFETY: the caller of this function vouches for what the facets point to
+    let sources = unsafe { sources(&job, facets, known) }?;
+    Ok((job, sources))
+}
+
 /// The surfaces of a job, by their names: those in memory, else known ones, else from disk.
 ///
 /// # Safety
 /// Every `file` is a text, and the arrays of every surface are as it says.
-pub(crate) unsafe fn sources(job: &Job, facets: &[HexcastFacets], known: &[Source]) -> Result<Vec<Source>> {
+unsafe fn sources(job: &Job, facets: &[HexcastFacets], known: &[Source]) -> Result<Vec<Source>> {
     let mut in_memory = Vec::new();
     for some in facets {
         // SAFETY: the caller of this function vouches for it

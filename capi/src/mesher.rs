@@ -5,16 +5,16 @@ use std::ptr;
 use std::sync::{Arc, Mutex};
 
 use hexcast::control::{CancelToken, Control, Progress};
-use hexcast::job::{BackendChoice, Job};
+use hexcast::job::BackendChoice;
 use hexcast::measured::Measured;
 use hexcast::mesher::{Mesher, MesherOptions};
 use hexcast::pipeline::MeshOptions;
 use hexcast::{Error, Result};
 use serde::Deserialize;
 
-use crate::border::{array, behind, free, text};
+use crate::border::{behind, free, text};
 use crate::error::{HexcastError, call, crashed};
-use crate::facets::{HexcastFacets, sources};
+use crate::facets::{HexcastFacets, job_with_sources};
 use crate::mesh::{HexcastMesh, Origin};
 
 /// A backend, the GPU or the CPU, that meshes one job after the other. Freed by hexcast_mesher_free.
@@ -162,16 +162,14 @@ pub unsafe extern "C" fn hexcast_mesh_with_progress(
     error: *mut *mut HexcastError,
 ) -> *mut HexcastMesh {
     let mesh = || {
-        // SAFETY: the caller vouches for all three
-        let (mesher, job, facets) =
-            unsafe { (behind(mesher, "the mesher")?, text(job, "the job")?, array(facets, n_facets, "facets")?) };
-        let (job, control) = (Job::from_plain_json(job)?, control(progress, user));
-        // SAFETY: the caller vouches for what the facets point to
-        let sources = unsafe { sources(&job, facets, &[]) }?;
+        // SAFETY: the caller vouches for it
+        let mesher = unsafe { behind(mesher, "the mesher") }?;
+        // SAFETY: the caller vouches for the job, the facets and what these point to
+        let (job, sources) = unsafe { job_with_sources(job, (facets, n_facets), &[]) }?;
         let origin = Origin::new(&job, &sources);
         // a mesher that crashed is in no state to go on
         let mut open = mesher.mesher.lock().map_err(|_| crashed())?;
-        let (mesh, mut report) = open.mesh_sources(&job, sources, &mesher.options, &control)?;
+        let (mesh, mut report) = open.mesh_sources(&job, sources, &mesher.options, &control(progress, user))?;
         let measured = Arc::new(Measured::take(&mut report.mesh));
         Ok(HexcastMesh::new(mesh, (Some(&report.mesh), &report.to_json()), measured, origin))
     };

@@ -5,12 +5,11 @@ use std::ptr;
 use std::sync::Mutex;
 
 use hexcast::Scene;
-use hexcast::job::Job;
 use hexcast::scene::Update;
 
-use crate::border::{array, array_mut, behind, c_text, free, text};
+use crate::border::{array_mut, behind, c_text, free};
 use crate::error::{HexcastError, call, crashed, status};
-use crate::facets::{HexcastFacets, sources};
+use crate::facets::{HexcastFacets, job_with_sources};
 use crate::mesh::{HexcastMesh, Origin};
 use crate::mesher::{HexcastMesher, HexcastProgress, control};
 
@@ -75,12 +74,10 @@ pub unsafe extern "C" fn hexcast_scene_new(
     error: *mut *mut HexcastError,
 ) -> *mut HexcastScene {
     let act = || {
-        // SAFETY: the caller vouches for all three
-        let (mesher, job, facets) =
-            unsafe { (behind(mesher, "the mesher")?, text(job, "the job")?, array(facets, n_facets, "facets")?) };
-        let job = Job::from_plain_json(job)?;
-        // SAFETY: the caller vouches for what the facets point to
-        let sources = unsafe { sources(&job, facets, &[]) }?;
+        // SAFETY: the caller vouches for it
+        let mesher = unsafe { behind(mesher, "the mesher") }?;
+        // SAFETY: the caller vouches for the job, the facets and what these point to
+        let (job, sources) = unsafe { job_with_sources(job, (facets, n_facets), &[]) }?;
         let mut open = mesher.mesher.lock().map_err(|_| crashed())?;
         let scene = open.scene(job, sources, mesher.options.clone(), &control(progress, user))?;
         Ok(HexcastScene(Mutex::new(Held { scene, told: None })))
@@ -111,15 +108,11 @@ pub unsafe extern "C" fn hexcast_scene_update(
     let act = || {
         // SAFETY: the caller vouches for both
         let (scene, mesher) = unsafe { (behind(scene, "the scene")?, behind(mesher, "the mesher")?) };
-        // SAFETY: the caller vouches for both
-        let (job, facets) = unsafe { (text(job, "the job")?, array(facets, n_facets, "facets")?) };
-        let job = Job::from_plain_json(job)?;
         let mut held = scene.0.lock().map_err(|_| crashed())?;
-        // SAFETY: the caller vouches for what the facets point to
-        let sources = unsafe { sources(&job, facets, held.scene.sources()) }?;
-        (*held.scene.job_mut(), *held.scene.sources_mut()) = (job, sources);
+        // SAFETY: the caller vouches for the job, the facets and what these point to
+        let (job, sources) = unsafe { job_with_sources(job, (facets, n_facets), held.scene.sources()) }?;
         let mut open = mesher.mesher.lock().map_err(|_| crashed())?;
-        held.told = Some(Told::of(&open.update(&mut held.scene, &control(progress, user))?));
+        held.told = Some(Told::of(&open.update_to(&mut held.scene, job, sources, &control(progress, user))?));
         Ok(())
     };
     // SAFETY: the caller vouches for the place of the error

@@ -588,6 +588,13 @@ static void scenes(const HexcastMesher *mesher) {
   CHECK(hexcast_scene_update(scene, mesher, JOB(", \"padding\": -1"), NULL, 0, NULL, NULL, &error) == 1);
   check_error(error, "job-value", "padding");
   error = NULL;
+  /* nor does one of other files: the facets are still known */
+  CHECK(hexcast_scene_update(scene, mesher, "{\"geometries\": [{\"file\": \"other\"}], \"max_memory\": 1}",
+                             &(HexcastFacets){.file = "other", .corners = &octahedron_corners[0][0][0], .n_facets = 8}, 1, NULL, NULL,
+                             &error) == 1);
+  check_error(error, "memory", "memory");
+  error = NULL;
+  CHECK(hexcast_scene_update(scene, mesher, JOB(""), NULL, 0, NULL, NULL, &error) == 0);
   /* other lines: all may have changed */
   CHECK(hexcast_scene_update(scene, mesher,
                              "{\"geometries\": [{\"file\": \"octahedron\", \"flag\": 1}], \"cells\": 8}", &facets, 1, NULL,

@@ -23,8 +23,10 @@ pub(crate) struct RawScene {
     threads: Option<usize>,
 }
 
-/// Runs of cells whose flags changed: rays, first cells, the cells after their last, flags before and after.
+/// Runs of cells whose flags changed: axis of the rays, and number of cells on the other two; rays, first cells, the cells after their last, flags before and after.
 type Changed<'py> = (
+    usize,
+    (u32, u32),
     Bound<'py, PyArray1<u64>>,
     Bound<'py, PyArray1<u32>>,
     Bound<'py, PyArray1<u32>>,
@@ -68,13 +70,6 @@ impl RawScene {
         RawMesh::new(mesh, scene.report_json(), place, zarr).with_measured(scene.measured().clone())
     }
 
-    /// Axis of the rays, and number of cells on the other two.
-    fn rays(&self) -> (usize, (u32, u32)) {
-        let scene = self.held();
-        let rays = scene.mesh().columns().rays();
-        (rays.axis, rays.counts.into())
-    }
-
     /// Gives it another job; returns what that did, as JSON, and the cells that it changed.
     #[pyo3(signature = (job, surfaces, progress=None))]
     fn update<'py>(
@@ -85,17 +80,18 @@ impl RawScene {
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<(String, Option<Changed<'py>>)> {
         let job = read(job).map_err(py_error)?;
-        let update = run(py, progress, |control| {
+        let (update, rays) = run(py, progress, |control| {
             on_threads(self.threads, || {
                 let sources = sources(&job, &surfaces, control)?;
                 with_engine(job.backend, self.adapter.as_deref(), |engine| {
                     let mut scene = self.held();
-                    (*scene.job_mut(), *scene.sources_mut()) = (job.clone(), sources);
-                    pollster::block_on(scene.update(engine, control))
+                    let update = pollster::block_on(scene.update_to(job.clone(), sources, engine, control))?;
+                    let rays = scene.mesh().columns().rays();
+                    Ok((update, (rays.axis, rays.counts.into())))
                 })
             })
         })?;
-        Ok((update.to_json(), changed(py, &update)))
+        Ok((update.to_json(), changed(py, &update, rays)))
     }
 }
 
@@ -106,9 +102,11 @@ impl RawScene {
     }
 }
 
-fn changed<'py>(py: Python<'py>, update: &Update) -> Option<Changed<'py>> {
+fn changed<'py>(py: Python<'py>, update: &Update, (axis, counts): (usize, (u32, u32))) -> Option<Changed<'py>> {
     let runs = update.changed.as_ref()?;
     Some((
+        axis,
+        counts,
         PyArray1::from_iter(py, runs.iter().map(|run| run.ray)),
         PyArray1::from_iter(py, runs.iter().map(|run| run.start)),
         PyArray1::from_iter(py, runs.iter().map(|run| run.end)),

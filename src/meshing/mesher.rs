@@ -118,6 +118,20 @@ impl Mesher {
         pollster::block_on(scene.update(&mut self.engine, control))
     }
 
+    /// Gives a scene another job with its surfaces, and meshes what that changes.
+    ///
+    /// # Errors
+    /// Those of [`Scene::update_to`].
+    pub fn update_to(
+        &mut self,
+        scene: &mut Scene,
+        job: Job,
+        sources: Vec<Source>,
+        control: &Control,
+    ) -> Result<Update> {
+        pollster::block_on(scene.update_to(job, sources, &mut self.engine, control))
+    }
+
     /// Reads the files that a job names, and meshes it on the GPU, where the runs stay: see [`pipeline::mesh_on_device`].
     ///
     /// # Errors

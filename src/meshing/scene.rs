@@ -13,6 +13,7 @@
 //! geometries once, as does the first after a whole mesh. Give the job a domain: without one the box follows the geometries, and every edit
 //! that moves its sides is a whole mesh.
 
+use std::mem::replace;
 use std::sync::Arc;
 
 use serde::Serialize;
@@ -192,6 +193,25 @@ impl Scene {
         }
     }
 
+    /// Gives the scene another job with its surfaces, and meshes what that changes. After an error it has the job and the surfaces of before, too.
+    ///
+    /// # Errors
+    /// Those of [`pipeline::mesh`].
+    pub async fn update_to(
+        &mut self,
+        job: Job,
+        sources: Vec<Source>,
+        engine: &mut Engine,
+        control: &Control,
+    ) -> Result<Update> {
+        let before = (replace(&mut self.job, job), replace(&mut self.sources, sources));
+        let made = self.update(engine, control).await;
+        if made.is_err() {
+            (self.job, self.sources) = before;
+        }
+        made
+    }
+
     /// The runs of the rays that changed, or why these are not enough.
     async fn recast(&mut self, prepared: &Prepared, control: &Control) -> Result<std::result::Result<SomeRuns, Whole>> {
         if self.has_more || asks_for_more(&self.job, &self.options, prepared) {
@@ -282,6 +302,7 @@ impl Scene {
     }
 }
 
+/// Makes the whole mesh of a job.
 async fn whole(
     job: &Job,
     sources: &[Source],

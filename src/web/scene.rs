@@ -1,7 +1,6 @@
 //! A scene for JavaScript: a mesh that follows the edits of its job.
 
-use std::cell::RefCell;
-use std::rc::Rc;
+use std::cell::{Cell, RefCell};
 
 use wasm_bindgen::prelude::*;
 
@@ -13,13 +12,20 @@ use hexcast_core::cells::columns::ChangedRun;
 #[wasm_bindgen]
 pub struct WebScene {
     /// None while it is updated.
-    pub(super) scene: Rc<RefCell<Option<Scene>>>,
-    pub(super) update: Rc<RefCell<Option<Update>>>,
+    pub(super) scene: RefCell<Option<Scene>>,
+    update: RefCell<Option<Update>>,
+    n_made: Cell<u32>,
 }
 
 impl WebScene {
     pub(super) fn new(scene: Scene) -> WebScene {
-        WebScene { scene: Rc::new(RefCell::new(Some(scene))), update: Rc::default() }
+        WebScene { scene: RefCell::new(Some(scene)), update: RefCell::default(), n_made: Cell::default() }
+    }
+
+    /// Keeps what an update did.
+    pub(super) fn tell(&self, update: Update) {
+        self.update.replace(Some(update));
+        self.n_made.update(|n| n + 1);
     }
 }
 
@@ -36,6 +42,12 @@ impl WebScene {
     /// What the last update did, as JSON; empty before the first one.
     pub fn update(&self) -> String {
         self.update.borrow().as_ref().map(Update::to_json).unwrap_or_default()
+    }
+
+    /// Number of updates that were made.
+    #[wasm_bindgen(js_name = nMade)]
+    pub fn n_made(&self) -> u32 {
+        self.n_made.get()
     }
 
     /// Runs of cells that it changed, five numbers each: ray, first cell, the cell after the last, flag before and after; undefined where all

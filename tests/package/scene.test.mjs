@@ -145,6 +145,41 @@ test('errors and aborts leave the scene as it was; what is disposed of says so',
   });
 });
 
+test('what is disposed of during an update waits for it, and the mesher goes on; a mesher that is disposed of ends', () => {
+  const told = inNode(`
+    const during = scene.update(placed({ translate: [0.2, 0, 0] }));
+    await new Promise((resolve) => setTimeout(resolve));
+    scene.dispose();
+    const first = await failure(during);
+    const mesh = await mesher.mesh(placed());
+    const other = await mesher.scene(placed());
+    const last = other.update(placed({ translate: [0.2, 0, 0] }));
+    await new Promise((resolve) => setTimeout(resolve));
+    mesher.dispose();
+    print({ first, cells: mesh.report.cells, last: await failure(last) });
+  `);
+  assert.deepEqual(told, { first: 'disposed', cells: 30 * 34 * 38, last: 'cancelled' });
+});
+
+test('updates that are asked for together each list what they change; the first answer after an abort does not', () => {
+  const told = inNode(`
+    const moved = (x, options) => scene.update(placed({ translate: [x, 0, 0] }), options);
+    const together = await Promise.all([moved(0.1), moved(0.2), moved(0.3)]);
+    const controller = new AbortController();
+    const jobs = [moved(0.1), moved(0.2, { signal: controller.signal }), moved(0.3), moved(0.4)];
+    controller.abort(new Error('enough'));
+    const after = await Promise.allSettled(jobs);
+    print([
+      together.map(({ changed }) => changed.rays.length > 0),
+      after.map(({ value, reason }) => (reason ? reason.message : value.changed && value.changed.rays.length > 0)),
+    ]);
+  `);
+  assert.deepEqual(told, [
+    [true, true, true],
+    [null, 'enough', true, true],
+  ]);
+});
+
 test('the JavaScript of the documents runs as it is written', () => {
   const block = (file, kind) => {
     const blocks = [...readFileSync(path.join(ROOT, file), 'utf8').matchAll(/```js(.*)\n([\s\S]*?)```/g)];

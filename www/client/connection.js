@@ -143,10 +143,9 @@ export class Connection {
     const operation = this.#abandoned.get(id);
     this.#abandoned.delete(id);
     if (operation === 'encode') this.send('release', { encoder: result });
-    else if (result && typeof result === 'object') {
-      const { surface, mesh, scene } = result;
-      if (surface || mesh || scene) this.send('release', { surface, mesh, scene });
-    }
+    else if (result?.surface || result?.mesh)
+      // what made a scene has a mesh
+      this.send('release', { surface: result.surface, mesh: result.mesh, scene: result.scene });
   }
 
   /**

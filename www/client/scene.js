@@ -8,14 +8,16 @@ import { HexcastError } from '../protocol/error.js';
  * @typedef {import('./mesh.js').Mesh} Mesh
  */
 
+const disposed = () => new HexcastError('disposed', 'the scene was disposed of', { hint: 'make another' });
+
 export class Scene {
   #connection;
   /** @type {number | undefined} */
   #id;
   #withSurfaces;
   #meshOf;
-  /** Whether the core's mesh is this one: an update that was aborted may have been made. */
-  #isKnown = true;
+  /** How many updates the core had made for this mesh; not a number where one failed since: aborted here, it may be made there. */
+  #n_made = 0;
 
   /**
    * @param {import('./connection.js').Connection} connection
@@ -35,16 +37,25 @@ export class Scene {
   async update(job, options) {
     const call = optionsOf(options, CALL);
     const scene = this.#id;
-    if (scene === undefined) throw new HexcastError('disposed', 'the scene was disposed of', { hint: 'make another' });
+    if (scene === undefined) throw disposed();
     return this.#withSurfaces(job, call, async (prepared) => {
-      const wasKnown = this.#isKnown;
-      this.#isKnown = false;
-      const { update, changed, ...made } = await this.#connection.call('update', { scene, ...prepared }, call);
-      this.#isKnown = true;
+      const { update, changed, n_made, ...made } = await this.#connection
+        .call('update', { scene, ...prepared }, call)
+        .catch((error) => {
+          this.#n_made = Number.NaN;
+          throw error;
+        });
       const before = this.mesh;
+      const follows = n_made === this.#n_made + 1;
       this.mesh = this.#meshOf(made);
+      this.#n_made = n_made;
       before.dispose();
-      return { ...update, changed: wasKnown ? changed : null };
+      // it was disposed of meanwhile
+      if (this.#id === undefined) {
+        this.mesh.dispose();
+        throw disposed();
+      }
+      return { ...update, changed: follows ? changed : null };
     });
   }
 

@@ -112,10 +112,13 @@ export class Core {
   /** Ends all calls and frees all that was made. */
   dispose() {
     for (const call of this.#switches.keys()) this.cancel(call);
-    for (const held of [this.#surfaces, this.#meshes, this.#scenes, this.#encoders]) held.close();
+    for (const held of [this.#surfaces, this.#meshes, this.#encoders]) held.close();
     this.#isDisposed = true;
-    // a mesh that is being made holds the engine
-    this.#turn.then(() => this.#free());
+    // a mesh that is being made holds the engine, and an update its scene
+    this.#turn.then(() => {
+      this.#scenes.close();
+      this.#free();
+    });
   }
 
   #free() {
@@ -243,7 +246,7 @@ export class Core {
       await this.#engine.update(scene, this.#job(args, state), onRays(progress));
       /** @type {Omit<import('../hexcast.js').Update, 'changed'>} */
       const update = JSON.parse(scene.update());
-      return { update, changed: changedRuns(scene.changed()), ...this.#describeMade(scene.mesh()) };
+      return { update, changed: changedRuns(scene.changed()), n_made: scene.nMade(), ...this.#describeMade(scene.mesh()) };
     });
   }
 
@@ -371,7 +374,8 @@ export class Core {
 
   /** Frees what is named. @param {{ surface?: number, mesh?: number, scene?: number, encoder?: number }} args */
   release({ surface, mesh, scene, encoder }) {
-    this.#scenes.release(scene);
+    // an update holds it
+    if (scene) this.#turn.then(() => this.#scenes.release(scene));
     this.#surfaces.release(surface);
     this.#meshes.release(mesh);
     this.#encoders.release(encoder);

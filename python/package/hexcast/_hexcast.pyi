@@ -54,7 +54,6 @@ class RawMesh:
 
 class RawScene:
     def mesh(self) -> RawMesh: ...
-    def rays(self) -> tuple[int, tuple[int, int]]: ...
     def update(
         self,
         job: str,
@@ -64,7 +63,13 @@ class RawScene:
         str,
         Optional[
             tuple[
-                NDArray[np.uint64], NDArray[np.uint32], NDArray[np.uint32], NDArray[np.uint8], NDArray[np.uint8]
+                int,
+                tuple[int, int],
+                NDArray[np.uint64],
+                NDArray[np.uint32],
+                NDArray[np.uint32],
+                NDArray[np.uint8],
+                NDArray[np.uint8],
             ]
         ],
     ]: ...

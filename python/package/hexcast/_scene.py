@@ -98,8 +98,5 @@ class Scene:
             facts, changed = self._raw.update(*job_of(what, given), function)
         self._options, self._mesh = given, None
         update = json.loads(facts)
-        runs = None
-        if changed is not None:
-            axis, counts = self._raw.rays()
-            runs = ChangedRuns(axis, counts, *changed)
+        runs = None if changed is None else ChangedRuns(*changed)
         return Update(runs, update["whole"], update["rays"], update["findings"])
