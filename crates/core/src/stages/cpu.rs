@@ -21,7 +21,7 @@ use crate::stages::slots;
 
 /// Rays of a strip, if the rows are not longer: small enough that its crossings stay in a core's cache. Of many rays a strip has more, so that
 /// facets are in fewer strips.
-const RAYS_PER_STRIP: Range<u64> = 16_384..65_536;
+const RAYS_PER_STRIP: [u64; 2] = [16_384, 65_536];
 /// Strips that there are before each has more rays.
 const STRIPS: u64 = 256;
 /// Strips of a round, after which progress is reported and cancel is checked: enough to keep all cores busy, and on the one
@@ -209,6 +209,7 @@ impl<'a> Strips<'a> {
 
 /// Ray rows of a strip where the caller does not say.
 pub fn rows_of_strip(rays: &Rays) -> u32 {
-    let n_rays = (rays.n_rays() / STRIPS).clamp(RAYS_PER_STRIP.start, RAYS_PER_STRIP.end);
+    let [least, most] = RAYS_PER_STRIP;
+    let n_rays = (rays.n_rays() / STRIPS).clamp(least, most);
     (n_rays as u32 / rays.counts[0]).clamp(1, rays.counts[1].div_ceil(16))
 }

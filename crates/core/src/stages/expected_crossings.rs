@@ -152,7 +152,7 @@ fn covered_areas(triangle: [Point; 3], [low, high]: [Point; 2], counts: [f64; 2]
     clipped_areas(triangle, counts, depth)
 }
 
-#[cold]
+#[inline(never)]
 fn clipped_areas(triangle: [Point; 3], counts: [f64; 2], depth: f64) -> [f64; 2] {
     let end = depth - 0.5;
     let is_before = triangle.iter().all(|point| point[2] <= end);

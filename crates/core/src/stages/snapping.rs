@@ -22,7 +22,7 @@ use crate::input::geometry::{Facet, Geometry};
 use crate::input::job::Rule;
 use crate::stages::facet::rays_under;
 
-/// Facets between two rests: some tens of milliseconds. A multiple of those that sums take together.
+/// Facets between two rests: so few that they are in the cache when their edges are hashed. A multiple of those that sums take together.
 const FACETS_AT_ONCE: usize = 1 << 16;
 /// Bytes of a snapped facet, and of one while the edges of its geometry are compared.
 const SNAPPED_BYTES: u64 = 38;
