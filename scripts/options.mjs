@@ -362,9 +362,15 @@ const OF_FORMATS = '`npm run options` of docs/formats.json';
 function rows() {
   const word = (/** @type {unknown} */ value) => (typeof value === 'string' ? `'${value}'` : `${value}`);
   const rows = Object.entries(formats).map(([name, facts]) => {
-    const { kind, type, compresses, ascii, unit, spacing } = facts;
-    const values = [kind, type, compresses, ascii, unit, spacing].map(word).join(', ');
-    return `  ${/^\w+$/.test(name) ? name : `'${name}'`}: row(${values}),\n`;
+    const { kind, type, compresses, ascii, unit, spacing, ...of } = facts;
+    const values = [kind, type, compresses, ascii, unit, spacing].map(word);
+    const more = Object.entries(of).map(([key, value]) => `${key}: ${word(value)}`);
+    if (more.length > 0) values.push(`{ ${more.join(', ')} }`);
+    const key = /^\w+$/.test(name) ? name : `'${name}'`;
+    const line = `  ${key}: row(${values.join(', ')}),\n`;
+    if (line.length <= 131) return line;
+    const last = values.pop()?.replace('{ ', '{\n    ').replaceAll(/', (?=\w+: )/g, "',\n    ").replace(' }', ',\n  }');
+    return `  ${key}: row(${values.join(', ')}, ${last}),\n`;
   });
   return `/** What each format is and can hold. Made by ${OF_FORMATS}. */
 
@@ -372,9 +378,10 @@ function rows() {
 
 /**
  * @param {Facts['kind']} kind @param {string} type @param {boolean} compresses @param {boolean} ascii @param {boolean} unit
- * @param {Facts['spacing']} spacing @returns {Facts}
+ * @param {Facts['spacing']} spacing @param {Pick<Facts, 'program' | 'about' | 'file'>} [of] another program @returns {Facts}
  */
-const row = (kind, type, compresses, ascii, unit, spacing) => Object.freeze({ kind, type, compresses, ascii, unit, spacing });
+const row = (kind, type, compresses, ascii, unit, spacing, of) =>
+  Object.freeze({ kind, type, compresses, ascii, unit, spacing, ...of });
 
 /** @type {typeof import('../hexcast.js').formats} */
 export const FORMATS = Object.freeze({

@@ -124,6 +124,12 @@ export interface FormatFacts {
   readonly unit: boolean;
   /** The cells that it can hold: of any sizes, of one size along each axis, or cubes. */
   readonly spacing: 'any' | 'equal' | 'cubes';
+  /** Of an {@link ExportFormat}: the program that reads it, or its own name. */
+  readonly program?: string;
+  /** Of an {@link ExportFormat}: what is in it, in a few words. */
+  readonly about?: string;
+  /** Of an {@link ExportFormat}: the name of its file, with `NAME` for what the caller chooses. An archive is to be unpacked. */
+  readonly file?: string;
 }
 
 /** What stands for a cell in raw, npy and npz. */

@@ -31,7 +31,7 @@ test('a case of OpenFOAM, text, and the cells of some flags are the files of the
     await page.waitForFunction(() => location.hash.includes('material%3Dpec'));
     await run(page);
     await page.click(SUMMARY);
-    assert.deepEqual(await offered(page), ['foam', 'inp', 'msh', 'xdmf', 'csx', 'gprmax', 'openmc', 'nrrd', 'vox']);
+    assert.deepEqual(await offered(page), ['foam', 'inp', 'msh', 'xdmf', 'csx-xml', 'in', 'geometry-xml', 'nrrd', 'vox']);
     await writeSample('shells', folder);
     mkdirSync(path.join(folder, 'case'));
     await runCopied(page, folder, [
@@ -64,18 +64,18 @@ test('a case of OpenFOAM, text, and the cells of some flags are the files of the
     }
     for (const [id, file] of [
       ['nrrd', 'all.nrrd'],
-      ['openmc', 'geometry.xml'],
+      ['geometry-xml', 'geometry.xml'],
       ['vox', 'all.vox'],
-      ['csx', 'all.csx.xml'],
+      ['csx-xml', 'all.csx.xml'],
     ]) {
       const made = await saved(page, `#download-${id}`);
       assert.ok(made.bytes.equals(readFileSync(path.join(folder, file))), file);
-      if (id === 'openmc') assert.equal(made.name, 'geometry.xml');
+      if (id === 'geometry-xml') assert.equal(made.name, 'geometry.xml');
     }
     // HDF5 beside text: another crate writes its bytes
     for (const [id, parts, numbers] of [
       ['xdmf', ['mesh.xdmf'], 'mesh.h5'],
-      ['gprmax', ['mesh.in', 'mesh_materials.json'], 'mesh_geo.h5'],
+      ['in', ['mesh.in', 'mesh_materials.json'], 'mesh_geo.h5'],
     ]) {
       const made = await saved(page, `#download-${id}`);
       assert.equal(made.name, `coating.${id}.zip`);
@@ -96,7 +96,7 @@ test('a case of OpenFOAM, text, and the cells of some flags are the files of the
       assert.ok(made.bytes.equals(readFileSync(path.join(folder, `some.${ending}`))), ending);
     }
     // the reason is said where the button is
-    await page.click('#download-csx');
+    await page.click('#download-csx-xml');
     await page.waitForSelector('#messages [data-code=export-material]');
     assert.match(await page.textContent('#messages'), /openEMS needs to know what flag 0 is made of/);
     // a flag that no cell has
@@ -176,7 +176,7 @@ test('arrays in another order, stores, what was measured and the background are 
     // flag 0 has a material
     await page.fill('#export-flags', '0, 9');
     await runCopied(page, folder, ['--export-flags=0,9', '-o', 'all.csx.xml']);
-    const { bytes } = await saved(page, '#download-csx');
+    const { bytes } = await saved(page, '#download-csx-xml');
     assert.ok(bytes.equals(read('all.csx.xml')) && bytes.includes('1.0006'), 'openEMS');
   } finally {
     rmSync(folder, { recursive: true });
@@ -196,6 +196,6 @@ test('only files that the mesh can be are offered: without a unit, of cubes, and
   await page.check('#graded');
   await page.fill('#graded-most', '0.2');
   await run(page);
-  assert.deepEqual(await offered(page), ['foam', 'inp', 'msh', 'xdmf', 'csx']);
+  assert.deepEqual(await offered(page), ['foam', 'inp', 'msh', 'xdmf', 'csx-xml']);
   assert.ok(!(await page.isVisible('#exports-unit')));
 });

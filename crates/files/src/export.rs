@@ -8,7 +8,7 @@
 //!
 //! An exporter pauses before every slab. In wasm its caller takes the bytes written so far, and resumes it when it wants more.
 //!
-//! A new exporter is a file in `formats/`, its rows in [`Exporter`], and a page in `docs/export/`.
+//! A new exporter is a file in `formats/`, its row in `formats.rs`, and a page in `docs/export/`.
 
 use hexcast_core::base::control::{Control, at_once};
 use hexcast_core::base::error::{Error, Result};
@@ -33,7 +33,7 @@ mod unit;
 mod xml;
 
 use crate::write::Compress;
-use format::Format;
+pub use formats::Exporter;
 #[doc(hidden)]
 pub use links::write as write_links;
 #[cfg(not(target_arch = "wasm32"))]
@@ -43,69 +43,20 @@ use output::Export;
 pub use output::Files;
 pub use unit::Length;
 
-/// A program, or a format, that a mesh is written for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum Exporter {
-    /// Nearly raw raster data: the flags of equal cells as an image of three dimensions.
-    Nrrd,
-    /// OpenFOAM: a `polyMesh`.
-    Foam,
-    /// Abaqus and CalculiX: nodes, elements, sets and surfaces.
-    Abaqus,
-    /// Gmsh: MSH 4.1.
-    Gmsh,
-    /// XDMF and HDF5: hexahedra, for ParaView, meshio and dolfinx.
-    Xdmf,
-    /// openEMS: lines, materials and boxes in the XML of CSXCAD.
-    Csx,
-    /// gprMax 4: an array of materials in HDF5, with a list of them.
-    Gprmax,
-    /// OpenMC: a lattice in `geometry.xml`.
-    Openmc,
-    /// MagicaVoxel: coloured cubes.
-    Vox,
-    /// binvox: a cube of bits.
-    Binvox,
-}
-
 impl Exporter {
-    /// Every exporter, in the order of the documentation.
-    pub const ALL: [Exporter; 10] = [
-        Exporter::Foam,
-        Exporter::Abaqus,
-        Exporter::Gmsh,
-        Exporter::Xdmf,
-        Exporter::Csx,
-        Exporter::Gprmax,
-        Exporter::Openmc,
-        Exporter::Nrrd,
-        Exporter::Vox,
-        Exporter::Binvox,
-    ];
-
-    /// How the path of an output ends that asks for each exporter.
-    pub const ENDINGS: [(&str, Exporter); 11] = endings();
-
-    /// What each exporter is.
-    const fn format(self) -> &'static Format {
-        match self {
-            Exporter::Foam => &formats::foam::FORMAT,
-            Exporter::Abaqus => &formats::abaqus::FORMAT,
-            Exporter::Gmsh => &formats::gmsh::FORMAT,
-            Exporter::Xdmf => &formats::xdmf::FORMAT,
-            Exporter::Csx => &formats::csx::FORMAT,
-            Exporter::Gprmax => &formats::gprmax::FORMAT,
-            Exporter::Openmc => &formats::openmc::FORMAT,
-            Exporter::Nrrd => &formats::nrrd::FORMAT,
-            Exporter::Vox => &formats::vox::FORMAT,
-            Exporter::Binvox => &formats::binvox::FORMAT,
-        }
+    /// The program that reads it, or the name of the format.
+    pub fn program(self) -> &'static str {
+        self.format().program
     }
 
-    /// What it is, for a list of formats: a few words.
+    /// What is in its files, for a list of formats: a few words.
     pub fn about(self) -> &'static str {
         self.format().about
+    }
+
+    /// What is made on disk besides one file of the name that was given; empty where that is all.
+    pub fn on_disk(self) -> &'static str {
+        self.format().on_disk
     }
 
     /// Finds the exporter by the end of a path, upper or lower case; None where it asks for none.
@@ -244,22 +195,6 @@ impl Exporter {
         }
         (self.format().check_mesh)(mesh, options, &keeps)
     }
-}
-
-/// The endings of all formats, in the order of [`Exporter::ALL`].
-const fn endings() -> [(&'static str, Exporter); 11] {
-    let mut endings = [("", Exporter::Foam); 11];
-    let (mut n, mut index) = (0, 0);
-    while index < Exporter::ALL.len() {
-        let (exporter, mut ending) = (Exporter::ALL[index], 0);
-        while ending < exporter.format().endings.len() {
-            endings[n] = (exporter.format().endings[ending], exporter);
-            (n, ending) = (n + 1, ending + 1);
-        }
-        index += 1;
-    }
-    assert!(n == endings.len(), "an ending for each row");
-    endings
 }
 
 /// Writes a mesh for another program; `name` is the last part of the path of the output, which [`Exporter::file_names`] extends.

@@ -9,21 +9,16 @@ import { on, state } from '../state/state.js';
 
 /** Cell sizes that differ by less are equal. */
 const ROUNDING = 1e-9;
-const FILES = [
-  file('foam', 'foam.zip', 'OpenFOAM', 'to be unpacked into a case', { format: 'foam', options: { compress: 1 } }),
-  file('inp', 'inp', 'Abaqus, CalculiX', 'bricks, sets, surfaces', { format: 'inp' }),
-  file('msh', 'msh', 'Gmsh', 'MSH 4.1, hexahedra', { format: 'msh' }),
-  file('xdmf', 'xdmf.zip', 'XDMF', 'ParaView, dolfinx; to be unpacked', { format: 'xdmf', options: { compress: 6 } }),
-  file('csx', 'csx.xml', 'openEMS', 'boxes; needs the material of each part', { format: 'csx.xml' }),
-  file('gprmax', 'gprmax.zip', 'gprMax', 'to be unpacked; needs the material of each part', {
-    format: 'in',
-    options: { compress: 6 },
-  }),
-  file('openmc', 'geometry.xml', 'OpenMC', 'lattice', { format: 'geometry.xml', name: 'geometry.xml' }),
-  file('nrrd', 'nrrd', 'NRRD', '3D Slicer, ITK', { format: 'nrrd', options: { compress: 6 } }),
-  file('vox', 'vox', 'MagicaVoxel', 'to look at', { format: 'vox' }),
-  file('binvox', 'binvox', 'binvox', 'a cube of bits', { format: 'binvox' }),
-];
+/** The formats of other programs, each as a file. */
+const FILES = Object.entries(formats).flatMap(([name, { kind, program = '', about = '', file: named = '' }]) => {
+  if (kind !== 'export') return [];
+  const format = /** @type {import('hexcast').Format} */ (name);
+  const more = named.startsWith('NAME') ? {} : { name: named };
+  // archives of many files are packed fast
+  const options = named.endsWith('.zip') ? { compress: 1 } : {};
+  const note = named.endsWith('.zip') ? `${about}; to be unpacked` : about;
+  return [file(name.replace('.', '-'), named.replace('NAME.', ''), program, note, { format, options, ...more })];
+});
 
 /** Arrays, whose order of axes and numbers are those of the fields. */
 const ARRAYS = [

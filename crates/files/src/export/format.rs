@@ -16,8 +16,12 @@ pub(super) type Writing<'a> = Pin<Box<dyn Future<Output = Result<()>> + 'a>>;
 pub(super) struct Format {
     /// How the path of an output ends that asks for this format: from a dot on, or its last parts.
     pub(super) endings: &'static [&'static str],
-    /// What it is, for a list of formats: a few words.
+    /// The program that reads it, or its own name.
+    pub(super) program: &'static str,
+    /// What is in it, for a list of formats: a few words.
     pub(super) about: &'static str,
+    /// What is made on disk besides one file of the name that was given; empty where that is all.
+    pub(super) on_disk: &'static str,
     /// Whether files are compressed where the caller asks for it.
     pub(super) compresses: bool,
     /// Whether there is a form of text besides the binary one.
@@ -53,10 +57,12 @@ type Write = for<'a> fn(&'a Export<'a>, &'a str, &'a mut dyn Files) -> Writing<'
 
 impl Format {
     /// One file of some flags, of any cells, flags and materials: what a format does not say otherwise.
-    pub(super) const fn new(endings: &'static [&'static str], about: &'static str, write: Write) -> Format {
+    pub(super) const fn new(endings: &'static [&'static str], write: Write) -> Format {
         Format {
             endings,
-            about,
+            program: "",
+            about: "",
+            on_disk: "",
             compresses: false,
             has_ascii: false,
             has_flags: true,

@@ -76,15 +76,34 @@ impl Format {
 
     /// Extension of file names, without the dot.
     pub fn extension(self) -> &'static str {
+        self.row().0
+    }
+
+    /// What is in such a file, for a list of formats.
+    pub fn about(self) -> &'static str {
+        self.row().1
+    }
+
+    /// Extension and contents of each format.
+    fn row(self) -> (&'static str, &'static str) {
         match self {
-            Format::Raw => "raw",
-            Format::Npy => "npy",
-            Format::Npz => "npz",
-            Format::Vti => "vti",
-            Format::Vtr => "vtr",
-            Format::Columns => "hxc",
-            Format::Zarr => "zarr",
-            Format::ZarrZip => "zarr.zip",
+            Format::Raw => ("raw", "one byte a cell, x fastest; OUT.raw.json says what they mean"),
+            Format::Npy => ("npy", "NumPy array of shape (nz, ny, nx)"),
+            Format::Npz => (
+                "npz",
+                "the same as the array flag, and the lines of each axis as x, y, z (zlib unless --compress=none)",
+            ),
+            Format::Vti => ("vti", "VTK image data, for ParaView (zlib unless --compress=none)"),
+            Format::Vtr => ("vtr", "VTK rectilinear grid: like .vti, with all lines, for cells that differ in size"),
+            Format::Columns => {
+                ("hxc", "columns, by far the smallest; `hexcast convert` makes any other from it")
+            }
+            Format::Zarr => (
+                "zarr",
+                "Zarr v3, a folder or s3://BUCKET/NAME.zarr: flag (z, y, x) in shards, and the centres x, y, z; for \
+                 zarr-python and xarray. With --part K/N only the shards of that part, in the store of the whole",
+            ),
+            Format::ZarrZip => ("zarr.zip", "the files of such a store in one archive: a ZipStore of zarr-python"),
         }
     }
 }

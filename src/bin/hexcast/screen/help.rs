@@ -5,26 +5,11 @@ use std::ffi::OsString;
 use clap::Command;
 use clap::builder::StyledStr;
 use hexcast::export::Exporter;
+use hexcast::write::Format;
 
 /// What most people need first, which `-h` shows; `--help` shows all.
 const FIRST: [&str; 10] =
     ["output", "job", "cells", "cell-size", "domain", "unit", "graded", "open", "report", "backend"];
-
-/// Formats of the cells themselves, by the ends of their names.
-const CELLS: [(&str, &str); 7] = [
-    (".vti", "VTK image data, for ParaView (zlib unless --compress=none)"),
-    (".vtr", "VTK rectilinear grid: like .vti, with all lines, for cells that differ in size"),
-    (".npy", "NumPy array of shape (nz, ny, nx)"),
-    (".npz", "the same as the array flag, and the lines of each axis as x, y, z (zlib unless --compress=none)"),
-    (".raw", "one byte a cell, x fastest; OUT.raw.json says what they mean"),
-    (
-        ".zarr",
-        "Zarr v3, a folder or s3://BUCKET/NAME.zarr: flag (z, y, x) in shards, and the centres x, y, z; for\n                  \
-         zarr-python and xarray. With --part K/N only the shards of that part, in the store of the whole",
-    ),
-    (".zarr.zip", "the files of such a store in one archive: a ZipStore of zarr-python"),
-];
-const COLUMNS: (&str, &str) = (".hxc", "columns, by far the smallest; `hexcast convert` makes any other from it");
 
 const EXAMPLES: &str = "\
 Examples:
@@ -94,9 +79,13 @@ fn with_first_options(command: Command) -> Command {
 
 /// The formats, by the names of outputs.
 fn formats() -> String {
-    let exporters = Exporter::ENDINGS.iter().filter(|(ending, _)| *ending != "constant/polyMesh");
-    let rows =
-        CELLS.into_iter().chain(exporters.map(|(ending, exporter)| (*ending, exporter.about()))).chain([COLUMNS]);
-    let rows = rows.map(|(ending, about)| format!("\n    {ending:<13} {about}")).collect::<String>();
-    format!("Formats, by the name of the output:{rows}")
+    let cells = Format::ALL.into_iter().map(|format| (format!(".{}", format.extension()), format.about().to_string()));
+    let exporters = Exporter::ALL.into_iter().map(|exporter| {
+        let (ending, _) = Exporter::ENDINGS.into_iter().find(|(_, of)| *of == exporter).expect("each has one");
+        let on_disk = [exporter.on_disk()].into_iter().filter(|text| !text.is_empty());
+        let about = [exporter.about()].into_iter().chain(on_disk).collect::<Vec<_>>().join("; ");
+        (ending.to_string(), format!("{}: {about}", exporter.program()))
+    });
+    let rows = cells.chain(exporters).map(|(ending, about)| format!("\n    {ending:<13} {about}"));
+    format!("Formats, by the name of the output:{}", rows.collect::<String>())
 }

@@ -24,13 +24,13 @@ use hexcast_core::base::error::{Error, Result};
 use hexcast_core::derived::mesh::Named;
 use hexcast_core::input::geometry::Material;
 
-const ABOUT: &str = "Abaqus and CalculiX: bricks, sets, surfaces";
-
 pub(in crate::export) static FORMAT: Format = Format {
+    program: "Abaqus, CalculiX",
+    about: "bricks, sets, surfaces",
     longest_name: Some(LONGEST_NAME),
     unit: Some(("an Abaqus file, whose materials are in SI units,", "metres")),
     check_materials,
-    ..Format::new(&[".inp"], ABOUT, |job, name, files| Box::pin(write(job, name, files)))
+    ..Format::new(&[".inp"], |job, name, files| Box::pin(write(job, name, files)))
 };
 
 /// Greatest number of a node or an element in Abaqus.

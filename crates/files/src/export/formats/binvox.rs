@@ -11,12 +11,12 @@ use crate::export::{
 };
 use hexcast_core::base::error::Result;
 
-const ABOUT: &str = "binvox, to look at";
-
 pub(in crate::export) static FORMAT: Format = Format {
+    program: "binvox",
+    about: "a cube of bits, to look at",
     check_lines: |lines| cubes(lines, ".binvox").map(|_| ()),
     held_planes: Some(0),
-    ..Format::new(&[".binvox"], ABOUT, |job, name, files| Box::pin(write(job, name, files)))
+    ..Format::new(&[".binvox"], |job, name, files| Box::pin(write(job, name, files)))
 };
 
 async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {

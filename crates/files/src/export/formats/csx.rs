@@ -21,14 +21,14 @@ use crate::export::{
 };
 use hexcast_core::base::error::Result;
 
-const ABOUT: &str = "openEMS: lines, materials and boxes";
-
 pub(in crate::export) static FORMAT: Format = Format {
+    program: "openEMS",
+    about: "lines, materials and boxes",
     has_plates: true,
     unit: Some((WHAT, "metres")),
     check_materials: |names, flags| substances(names, flags, WHAT).map(|_| ()),
     check_mesh: |mesh, options, keeps| check_conductors(mesh, options, keeps, WHAT),
-    ..Format::new(&[".csx.xml"], ABOUT, |job, name, files| Box::pin(write(job, name, files)))
+    ..Format::new(&[".csx.xml"], |job, name, files| Box::pin(write(job, name, files)))
 };
 
 const WHAT: &str = "openEMS";

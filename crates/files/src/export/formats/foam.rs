@@ -19,14 +19,15 @@ use crate::export::{
 };
 use hexcast_core::base::error::{Error, Result};
 
-const ABOUT: &str = "OpenFOAM: constant/polyMesh beside an empty file of that name; or give DIR/constant/polyMesh";
-
 pub(in crate::export) static FORMAT: Format = Format {
+    program: "OpenFOAM",
+    about: "a polyMesh",
+    on_disk: "constant/polyMesh beside an empty file of that name; or give DIR/constant/polyMesh",
     has_ascii: true,
     longest_name: Some(LONGEST_NAME),
     unit: Some(("OpenFOAM", "metres")),
     file_names,
-    ..Format::new(&[".foam", "constant/polyMesh"], ABOUT, |job, name, files| Box::pin(write(job, name, files)))
+    ..Format::new(&[".foam", "constant/polyMesh"], |job, name, files| Box::pin(write(job, name, files)))
 };
 
 /// Names of the patches on the sides of the box.

@@ -15,12 +15,12 @@ use crate::export::{
 };
 use hexcast_core::base::error::Result;
 
-const ABOUT: &str = "Gmsh 4.1: hexahedra";
-
 pub(in crate::export) static FORMAT: Format = Format {
+    program: "Gmsh",
+    about: "hexahedra, MSH 4.1",
     has_ascii: true,
     longest_name: Some(LONGEST_NAME),
-    ..Format::new(&[".msh"], ABOUT, |job, name, files| Box::pin(write(job, name, files)))
+    ..Format::new(&[".msh"], |job, name, files| Box::pin(write(job, name, files)))
 };
 
 /// Type of an element of eight corners.

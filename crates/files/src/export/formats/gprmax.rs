@@ -27,9 +27,10 @@ use crate::export::{
 use hexcast_core::base::error::{Error, Result};
 use hexcast_core::derived::mesh::Named;
 
-const ABOUT: &str = "gprMax 4: to be included in an input file, with NAME_geo.h5 and NAME_materials.json";
-
 pub(in crate::export) static FORMAT: Format = Format {
+    program: "gprMax 4",
+    about: "an array of materials",
+    on_disk: "to be included in an input file, with NAME_geo.h5 and NAME_materials.json",
     compresses: true,
     has_plates: true,
     unit: Some((WHAT, "metres")),
@@ -38,7 +39,7 @@ pub(in crate::export) static FORMAT: Format = Format {
     check_materials,
     check_mesh: |mesh, options, keeps| check_conductors(mesh, options, keeps, WHAT),
     held_planes: None,
-    ..Format::new(&[".in"], ABOUT, |job, name, files| Box::pin(write(job, name, files)))
+    ..Format::new(&[".in"], |job, name, files| Box::pin(write(job, name, files)))
 };
 
 const WHAT: &str = "gprMax";

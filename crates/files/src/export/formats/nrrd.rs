@@ -21,15 +21,16 @@ use hexcast_core::base::error::Result;
 use hexcast_core::base::sort::sort_by_key;
 use hexcast_core::derived::mesh::Mesh;
 
-const ABOUT: &str = "NRRD, for 3D Slicer and ITK (gzip unless --compress=none)";
-
 pub(in crate::export) static FORMAT: Format = Format {
+    program: "NRRD",
+    about: "an image for 3D Slicer and ITK",
+    on_disk: "gzip unless --compress=none",
     compresses: true,
     has_flags: false,
     check_lines: |lines| equal_cells(lines, ".nrrd").map(|_| ()),
     exact_size,
     held_planes: None,
-    ..Format::new(&[".nrrd"], ABOUT, |job, name, files| Box::pin(write(job, name, files)))
+    ..Format::new(&[".nrrd"], |job, name, files| Box::pin(write(job, name, files)))
 };
 
 /// Level of gzip where the caller asks for zlib's.

@@ -19,12 +19,13 @@ use crate::export::{
 use hexcast_core::base::error::{Error, Result};
 use hexcast_core::grid::lines::Lines;
 
-const ABOUT: &str = "OpenMC: a lattice; the name must be this";
-
 pub(in crate::export) static FORMAT: Format = Format {
+    program: "OpenMC",
+    about: "a lattice",
+    on_disk: "the name must be this",
     unit: Some((WHAT, "centimetres")),
     check_lines,
-    ..Format::new(&["geometry.xml"], ABOUT, |job, name, files| Box::pin(write(job, name, files)))
+    ..Format::new(&["geometry.xml"], |job, name, files| Box::pin(write(job, name, files)))
 };
 
 const WHAT: &str = "OpenMC";

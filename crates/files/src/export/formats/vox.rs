@@ -15,14 +15,14 @@ use hexcast_core::base::error::{Error, Result};
 use hexcast_core::cells::flags::{CellBox, slabs_of_box};
 use hexcast_core::derived::mesh::Mesh;
 
-const ABOUT: &str = "MagicaVoxel, to look at";
-
 pub(in crate::export) static FORMAT: Format = Format {
+    program: "MagicaVoxel",
+    about: "coloured cubes, to look at",
     check_lines: |lines| equal_cells(lines, ".vox").map(|_| ()),
     check_flags,
     check_mesh,
     held_planes: None,
-    ..Format::new(&[".vox"], ABOUT, |job, name, files| Box::pin(write(job, name, files)))
+    ..Format::new(&[".vox"], |job, name, files| Box::pin(write(job, name, files)))
 };
 
 /// Most cells of a model along an axis.

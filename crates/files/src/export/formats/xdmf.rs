@@ -16,13 +16,14 @@ use crate::export::{
 };
 use hexcast_core::base::error::Result;
 
-const ABOUT: &str = "hexahedra for ParaView, meshio and dolfinx, with their numbers beside it in .h5";
-
 pub(in crate::export) static FORMAT: Format = Format {
+    program: "XDMF",
+    about: "hexahedra for ParaView, meshio and dolfinx",
+    on_disk: "with their numbers beside it in .h5",
     compresses: true,
     longest_name: Some(LONGEST_NAME),
     file_names: |name| file_names(name).to_vec(),
-    ..Format::new(&[".xdmf"], ABOUT, |job, name, files| Box::pin(write(job, name, files)))
+    ..Format::new(&[".xdmf"], |job, name, files| Box::pin(write(job, name, files)))
 };
 
 /// Most characters of a name.

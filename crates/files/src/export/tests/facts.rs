@@ -37,37 +37,44 @@ fn format_of(name: &str) -> Option<Format> {
     Format::of_name(&format!("mesh.{}", if ending == "zarr" { "zarr.zip" } else { ending })).ok()
 }
 
-fn row(kind: &str, media: &str, compresses: bool, (ascii, unit): (bool, bool), spacing: &str) -> Value {
-    json!({ "kind": kind, "type": media, "compresses": compresses, "ascii": ascii, "unit": unit, "spacing": spacing })
+fn row(kind: &str, media: &str, compresses: bool, spacing: &str) -> Value {
+    json!({ "kind": kind, "type": media, "compresses": compresses, "ascii": false, "unit": false, "spacing": spacing })
 }
 
 /// Facts of a file of the mesh, or of numbers of its cells.
 fn of_cells(kind: &str, name: &str) -> Value {
     // records of links and HDF5 have writers of their own
     let Some(format) = format_of(name) else {
-        return row(kind, media_type(name), name.ends_with(".h5"), (false, false), "any");
+        return row(kind, media_type(name), name.ends_with(".h5"), "any");
     };
     let options = Options { compress: Compress::Zlib(6), ..Options::default() };
     let compresses = write::exact_size(&pattern(0, DIMS, 3), format, &options).is_none();
     let is_equal = write::check_lines(&graded(), format).is_err();
-    row(kind, media_type(name), compresses, (false, false), if is_equal { "equal" } else { "any" })
+    row(kind, media_type(name), compresses, if is_equal { "equal" } else { "any" })
 }
 
 fn graded() -> Lines {
     Lines::from_lists([vec![0.0, 1.0, 3.0], vec![0.0, 1.0, 2.0], vec![0.0, 1.0, 2.0]]).unwrap()
 }
 
-fn of_exporter(exporter: Exporter, name: &str) -> Value {
-    let has_several = exporter.file_names(&format!("mesh.{name}")).len() > 1;
-    let media = if has_several { "application/zip" } else { media_type(name) };
+fn of_exporter(exporter: Exporter, ending: &str) -> Value {
+    let has_several = exporter.file_names(&format!("mesh{ending}")).len() > 1;
+    let media = if has_several { "application/zip" } else { media_type(ending) };
     let bricks = pattern(0, DIMS, 3).lines().clone();
     let spacing = match (exporter.check_lines(&graded()), exporter.check_lines(&bricks)) {
         (Ok(()), Ok(())) => "any",
         (Err(_), Ok(())) => "equal",
         _ => "cubes",
     };
-    let form = (exporter.has_ascii(), exporter.check_unit(None).is_err());
-    row("export", media, exporter.compresses() || has_several, form, spacing)
+    let mut facts = row("export", media, exporter.compresses() || has_several, spacing);
+    facts["ascii"] = exporter.has_ascii().into();
+    facts["unit"] = exporter.check_unit(None).is_err().into();
+    facts["program"] = exporter.program().into();
+    facts["about"] = exporter.about().into();
+    // an ending without a dot is a whole name; several files are one archive in the package
+    let name = if ending.starts_with('.') { "NAME" } else { "" };
+    facts["file"] = format!("{name}{ending}{}", if has_several { ".zip" } else { "" }).into();
+    facts
 }
 
 #[test]
@@ -81,8 +88,7 @@ fn the_facts_of_formats_are_those_of_the_writers() {
     }
     for exporter in Exporter::ALL {
         let (ending, _) = Exporter::ENDINGS.into_iter().find(|(_, other)| *other == exporter).unwrap();
-        let name = ending.trim_start_matches('.');
-        facts.insert(name.into(), of_exporter(exporter, name));
+        facts.insert(ending.trim_start_matches('.').into(), of_exporter(exporter, ending));
     }
     assert_schema_is_committed(FACTS, &Value::Object(facts), "the_facts_of_formats");
 }
