@@ -28,20 +28,17 @@ pub use crate::input::geometry::{Fill, Material, Open};
 #[cfg(feature = "cli")]
 #[doc(hidden)]
 pub mod arguments;
-mod background_job;
 mod byte_size;
-mod fractions_job;
 mod geometry_job;
 #[cfg(not(target_arch = "wasm32"))]
 mod job_file;
 mod lines_job;
-mod links_job;
+mod measured_job;
 mod numbers;
 #[cfg(not(target_arch = "wasm32"))]
 mod one_or_many;
 mod part_job;
 mod patch;
-mod per_axis;
 #[cfg(not(target_arch = "wasm32"))]
 mod picture_job;
 mod quoted;
@@ -51,27 +48,23 @@ mod settings;
 mod text;
 mod validate;
 mod validate_lines;
-mod zarr_job;
 
 #[cfg(feature = "cli")]
 use arguments::{CELLS, MEMORY, METHOD, OUTPUT, at_least_one, list, number, per_axis};
-pub use background_job::BackgroundJob;
 pub use byte_size::ByteSize;
-pub use fractions_job::FractionsJob;
-pub use geometry_job::GeometryJob;
+pub use geometry_job::{BackgroundJob, GeometryJob};
 #[cfg(not(target_arch = "wasm32"))]
 pub use job_file::{JobFile, Level, Names, RunJob};
 pub use lines_job::{DEFAULT_GROWTH, GradedJob, LinesJob};
-pub use links_job::{LinksJob, Stencil};
+pub use measured_job::{FractionsJob, LinksJob, Stencil};
+pub use numbers::PerAxis;
 #[cfg(not(target_arch = "wasm32"))]
 pub use one_or_many::Several;
 pub use part_job::{PartJob, numbers_of_parts};
-pub use per_axis::PerAxis;
 #[cfg(not(target_arch = "wasm32"))]
 pub use picture_job::{PlaceJob, SliceJob, ViewJob};
 pub(crate) use quoted::short_number;
 use text::{check_json, json_value, of_json, of_json_text, of_toml, toml_table};
-pub use zarr_job::ZarrJob;
 
 /// Cells along the longest axis where the job does not say.
 pub const DEFAULT_CELLS: u32 = 128;
@@ -164,6 +157,23 @@ pub enum HaloEdge {
     Background,
     /// The flag of the nearest cell of the box.
     Clamp,
+}
+
+/// Shapes of the chunks and shards of a Zarr store; a shape that is not given follows from the number of cells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(any(test, feature = "testing"), derive(schemars::JsonSchema))]
+#[serde(default, deny_unknown_fields)]
+#[non_exhaustive]
+pub struct ZarrJob {
+    /// Cells of a chunk, which is compressed by itself, on x, y, z.
+    #[serde(deserialize_with = "numbers::list", skip_serializing_if = "Option::is_none")]
+    pub chunks: Option<[u32; 3]>,
+    /// Cells of a shard, which is a file, on x, y, z: multiples of those of a chunk.
+    #[serde(deserialize_with = "numbers::list", skip_serializing_if = "Option::is_none")]
+    pub shards: Option<[u32; 3]>,
+    /// Most cells of a shard, as a size: it has a byte a cell before it is compressed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shard_bytes: Option<ByteSize>,
 }
 
 /// Everything that decides a mesh.

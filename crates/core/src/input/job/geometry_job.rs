@@ -1,4 +1,7 @@
-//! One geometry of a job, also from a command-line argument such as `coil.stl:flag=7,priority=2,name=copper`.
+//! What a job says of a geometry, and of the cells that no geometry has; also as an argument of the command line, such as
+//! `coil.stl:flag=7,priority=2,name=copper`.
+
+use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
@@ -162,4 +165,45 @@ impl GeometryJob {
 fn named<'a, T: Deserialize<'a>>(key: &str, text: &'a str, names: &str) -> std::result::Result<T, String> {
     let value = serde::de::value::StrDeserializer::<serde::de::value::Error>::new(text);
     T::deserialize(value).map_err(|_| format!("{key}={text}: write {names}"))
+}
+
+/// Name and substance of the background, flag 0, for outputs that name it.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[cfg_attr(any(test, feature = "testing"), derive(schemars::JsonSchema))]
+#[serde(default, deny_unknown_fields)]
+#[non_exhaustive]
+pub struct BackgroundJob {
+    /// Its name; by default `background`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// What it is made of.
+    #[serde(skip_serializing_if = "Material::is_empty")]
+    pub material: Material,
+}
+
+impl FromStr for BackgroundJob {
+    type Err = Error;
+
+    /// Reads an argument such as `name=air,eps_r=1.0006`.
+    ///
+    /// # Errors
+    /// `job-value`: an unknown key, or a value that is not a number; `job-conflict`: a key given twice.
+    fn from_str(argument: &str) -> Result<BackgroundJob> {
+        let mut background = BackgroundJob::default();
+        let example = "write it as name=air,eps_r=1.0006";
+        for_each(argument, ("background", example), |key, value| background.set(key, value))?;
+        Ok(background)
+    }
+}
+
+impl BackgroundJob {
+    fn set(&mut self, key: &str, value: &str) -> std::result::Result<(), String> {
+        match (key, self.material.number_mut(key)) {
+            (_, Some(place)) => *place = Some(number(key, value)?),
+            ("name", _) => self.name = Some(value.to_string()),
+            ("pec", _) => self.material.pec = yes_or_no(key, value)?,
+            _ => return Err(format!("there is no key \"{key}\"; keys are name, {}", Material::KEYS.join(", "))),
+        }
+        Ok(())
+    }
 }

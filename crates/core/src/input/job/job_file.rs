@@ -6,11 +6,9 @@ use super::text::{check_json, of_toml, toml_table};
 use super::{ByteSize, Job, Several, SliceJob, ViewJob};
 use crate::base::error::{Error, Result};
 
-mod json;
-mod names;
+mod keys;
 
-use json::of_keys;
-use names::names;
+use keys::{names, of_keys};
 
 /// What `hexcast mesh` does with a mesh: the keys of a job file that are no part of the job. Each is the option of that name.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]

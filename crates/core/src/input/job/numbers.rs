@@ -6,10 +6,9 @@
 use std::fmt;
 use std::marker::PhantomData;
 
+use serde::Serialize;
 use serde::de::value::SeqAccessDeserializer;
 use serde::de::{Deserialize, Deserializer, Error, IntoDeserializer, SeqAccess, Unexpected, Visitor};
-
-use super::PerAxis;
 
 /// Reads an optional list of exactly N numbers.
 pub(super) fn list<'de, D, T, const N: usize>(deserializer: D) -> Result<Option<[T; N]>, D::Error>
@@ -43,6 +42,27 @@ pub(super) fn finite<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, 
 fn exactly<T, E: Error, const N: usize>(list: Vec<T>, expected: &dyn serde::de::Expected) -> Result<[T; N], E> {
     let found = list.len();
     <[T; N]>::try_from(list).map_err(|_| E::invalid_length(found, expected))
+}
+
+/// One number for all axes, or one an axis.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[cfg_attr(any(test, feature = "testing"), derive(schemars::JsonSchema))]
+#[serde(untagged)]
+pub enum PerAxis<T> {
+    /// The same for x, y and z.
+    All(T),
+    /// x, y and z.
+    Each([T; 3]),
+}
+
+impl<T: Copy> PerAxis<T> {
+    /// The three numbers.
+    pub fn each(self) -> [T; 3] {
+        match self {
+            PerAxis::All(value) => [value; 3],
+            PerAxis::Each(values) => values,
+        }
+    }
 }
 
 struct OneOrThree<T>(PhantomData<T>);
