@@ -22,15 +22,14 @@ use crate::cells::columns::Columns;
 use crate::derived::mesh::Mesh;
 use crate::grid::lines::Lines;
 use crate::grid::rays::Rays;
+use crate::input::geometry::Geometry;
 
-mod answer;
 mod facets;
 pub(crate) mod passage;
 pub(crate) mod rooms;
 mod shortest;
 mod widest;
 
-pub use answer::Answer;
 pub use facets::{NearFacet, facets_near};
 use passage::{Passage, Place};
 use rooms::Rooms;
@@ -127,6 +126,33 @@ pub struct Narrowest {
     pub centre: [f64; 3],
     /// The way of the cube, as its centres where it begins, turns and ends, in world coordinates.
     pub way: Vec<[f64; 3]>,
+}
+
+/// Cells around the narrowest place in which facets are named.
+const CELLS_AROUND: u32 = 1;
+
+/// A leak with the unit of its mesh and the facets around its narrowest place.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Answer {
+    /// What was found.
+    #[serde(flatten)]
+    pub leak: Leak,
+    /// Whether there is no path.
+    pub is_tight: bool,
+    /// Unit of lengths, if the mesh has one.
+    pub unit: Option<String>,
+    /// Facets within a cell of the narrowest place; none where no surfaces were given.
+    pub facets: Option<Vec<NearFacet>>,
+}
+
+impl Answer {
+    /// Names the facets of `surfaces`, if any are given.
+    pub fn new(leak: Leak, mesh: &Mesh, surfaces: Option<&[Geometry]>) -> Answer {
+        let around = leak.narrowest.as_ref().map(|place| place.bounds_with(&mesh.lines, CELLS_AROUND));
+        let near = |surfaces: &[Geometry]| around.map_or_else(Vec::new, |around| facets_near(surfaces, around));
+        Answer { is_tight: leak.path.is_none(), unit: mesh.unit.clone(), facets: surfaces.map(near), leak }
+    }
 }
 
 /// Looks for a path from one point of a mesh to another.

@@ -65,9 +65,23 @@
 //! **Version 1** has no u8 of the identity in its head, only `PIEC` in its pieces, and in its end nothing between the number of
 //! runs and the crc32. It can still be read; opening it reads all of it once, to count.
 
-mod bytes;
+use crate::base::error::Error;
+
 pub mod end;
 pub mod head;
 pub mod piece;
 
-pub use bytes::corrupt;
+/// The error of a file that does not follow the layout.
+pub fn corrupt(message: String) -> Error {
+    Error::new("columns-corrupt", message, "copy or write the file again")
+}
+
+/// The little-endian u32 at an offset.
+fn u32_at(bytes: &[u8], at: usize) -> u32 {
+    u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]])
+}
+
+/// The little-endian u64 at an offset.
+fn u64_at(bytes: &[u8], at: usize) -> u64 {
+    u64::from(u32_at(bytes, at)) | u64::from(u32_at(bytes, at + 4)) << 32
+}

@@ -8,8 +8,8 @@
 
 use std::ops::Range;
 
+use super::OpenPart;
 use super::caps::Shift;
-use super::part::OpenPart;
 use crate::base::sort::sort_by_key;
 use crate::cells::columns::{Band, CellRun, run};
 use crate::grid::frame::{Frame, moved};
@@ -19,10 +19,6 @@ use crate::input::job::Rule;
 use crate::stages::axis_crossings::{
     AxisCasts, AxisCrossings, EXITS, Words, grouped, of_planes, place_of, row_of, take_row,
 };
-
-mod bits;
-
-use bits::{Vote, fill_between, flip, majority, set, unanimous};
 
 /// Everything that decides the cells of an open geometry.
 pub(crate) struct Votes {
@@ -324,4 +320,45 @@ fn rows_of_shifts(shifts: &[Shift], [a, b, c]: [usize; 3]) -> Vec<(u32, u32, Ran
     }
     sort_by_key(&mut rows, |(plane, row, places, _)| (*plane, *row, places.start));
     rows
+}
+
+/// What the rays of one axis say of 64 cells.
+#[derive(Clone, Copy)]
+struct Vote {
+    inside: u64,
+    odd: u64,
+}
+
+/// Which cells have three even rays that agree, and what these say.
+fn unanimous([a, b, c]: [Vote; 3]) -> (u64, u64) {
+    let differ = (a.inside ^ b.inside) | (b.inside ^ c.inside);
+    (!(differ | a.odd | b.odd | c.odd), a.inside)
+}
+
+/// Which cells are inside by most of their even rays.
+fn majority(votes: [Vote; 3]) -> u64 {
+    let [a, b, c] = votes.map(|vote| vote.inside & !vote.odd);
+    let outside = votes.iter().fold(0, |any, vote| any | !vote.inside & !vote.odd);
+    a & b | b & c | a & c | (a | b | c) & !outside
+}
+
+fn flip(bits: &mut [u64], place: u32) {
+    bits[place as usize / 64] ^= 1 << (place % 64);
+}
+
+fn set(bits: &mut [u64], place: usize, to: bool) {
+    let bit = 1 << (place % 64);
+    if to { bits[place / 64] |= bit } else { bits[place / 64] &= !bit }
+}
+
+/// Sets every bit to the sum modulo 2 of the bits up to it.
+fn fill_between(bits: &mut [u64]) {
+    let mut carry = 0u64;
+    for word in bits {
+        for shift in [1, 2, 4, 8, 16, 32] {
+            *word ^= *word << shift;
+        }
+        *word ^= carry;
+        carry = 0u64.wrapping_sub(*word >> 63);
+    }
 }

@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use proptest::prelude::*;
 
 use super::*;
@@ -5,14 +7,13 @@ use crate::write::{Format, Options, write};
 use hexcast_core::base::checksum::crc32;
 use hexcast_core::base::zlib;
 use hexcast_core::cells::columns::file::piece::PIECE_HEAD;
-use hexcast_core::cells::columns::{Band, Columns, codec, run};
+use hexcast_core::cells::columns::{Band, Columns, ColumnsBuilder, MemoryStore, codec, run};
 use hexcast_core::grid::lines::Lines;
 use hexcast_core::grid::rays::Rays;
 use hexcast_core::set;
 use hexcast_core::testing::{parts, pattern};
 
 mod opened;
-mod spilled;
 
 fn options(zlib: bool) -> Options {
     Options { compress: if zlib { Compress::Zlib(1) } else { Compress::None }, ..Options::default() }
@@ -355,5 +356,26 @@ fn materials_and_the_name_of_the_background_read_back_in_a_version_of_their_own(
         assert_eq!((read.names(), read.lines(), read.unit()), (mesh.names(), mesh.lines(), mesh.unit()));
         parts(&mut mesh).names[1].material.nu = Some(0.7);
         assert_eq!(code(&bytes(&mesh, true)), "columns-corrupt");
+    }
+}
+
+#[test]
+fn columns_that_spilled_are_read_as_a_column_file() {
+    // rows of many rays, and a band of more rays than a piece has
+    for (axis, dims, rows) in [(0, [12, 5, 7], 2), (1, [5, 12, 7], 1), (2, [5, 7, 12], 3), (2, [256, 264, 9], 264)] {
+        let mesh = pattern(axis, dims, 3);
+        let rays = *mesh.columns().rays();
+        let head = head(&mesh, false);
+        let store = Arc::new(MemoryStore::default());
+        let mut builder = ColumnsBuilder::new(rays, 0, Some((head.encode().unwrap(), store.clone())));
+        bands(&mesh, rows * rays.counts[0] as usize).into_iter().for_each(|band| builder.push(vec![band]).unwrap());
+        let columns = builder.finish().unwrap();
+        assert!(columns.is_spilled());
+        let file = store.bytes().clone();
+        let read = read(&mut &file[..], u64::MAX).unwrap();
+        let counts = |columns: &Columns| [columns.n_runs(), columns.n_crossings(), columns.odd_rays()];
+        assert_eq!((counts(read.columns()), counts(&columns)), (counts(mesh.columns()), counts(mesh.columns())));
+        assert_eq!((read.columns(), &columns), (mesh.columns(), mesh.columns()));
+        assert_eq!((read.lines(), read.names(), read.unit()), (mesh.lines(), mesh.names(), mesh.unit()));
     }
 }

@@ -1,6 +1,6 @@
 //! The end of a column file: where its pieces are, and what all of them hold.
 
-use super::bytes::{corrupt, u32_at, u64_at};
+use super::{corrupt, u32_at, u64_at};
 use crate::base::checksum::crc32;
 use crate::base::error::Result;
 use crate::base::parallel::*;

@@ -1,6 +1,6 @@
 //! The head of a column file.
 
-use super::bytes::{corrupt, u32_at};
+use super::{corrupt, u32_at};
 use crate::base::checksum::crc32;
 use crate::base::error::{Error, Result};
 use crate::grid::lines::Lines;

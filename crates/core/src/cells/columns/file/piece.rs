@@ -1,6 +1,6 @@
 //! A piece of a column file: some consecutive rays.
 
-use super::bytes::{u32_at, u64_at};
+use super::{u32_at, u64_at};
 use crate::base::checksum::crc32;
 use crate::base::error::Result;
 use crate::base::zlib;
