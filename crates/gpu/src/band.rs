@@ -6,14 +6,13 @@
 
 use std::ops::Range;
 
-use crate::buffers::Buffers;
+use crate::buffers::{BufferPool, Buffers, Pooled};
 use crate::check::{differing, sample, window};
 use crate::device::Opened;
 use crate::kernels::Kernels;
 use crate::layout::{BandFacets, Params, centres};
 use crate::pace::Instant;
 use crate::passes::{Passes, Profile};
-use crate::pool::{BufferPool, Pooled};
 use crate::readback::{Pending, Staging, elements};
 use crate::resident::{Resident, Unordered};
 use crate::runs::{DeepRows, Raw, Returned};

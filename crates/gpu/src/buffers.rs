@@ -1,6 +1,7 @@
-//! The buffers of a band, typed by their elements. Their sizes are those of `cast::sizes`.
+//! The buffers of a band, typed by their elements, and the pool that keeps them between meshes. Their sizes are those of `cast::sizes`.
 
 use std::marker::PhantomData;
+use std::sync::{Mutex, PoisonError};
 
 use wgpu::{Buffer, BufferBinding, BufferDescriptor, BufferUsages, Queue};
 
@@ -11,6 +12,8 @@ use hexcast_core::stages::cast::sizes::{Capacity, MAX_LAYERS};
 
 /// Elements that one workgroup of a scan covers; `BLOCK` in `shaders/shared/scan.wgsl`.
 pub const SCAN_BLOCK: u64 = 4096;
+/// Most bytes that the pool keeps between meshes.
+const MAX_POOL_BYTES: u64 = 256 << 20;
 
 /// A buffer of `T`.
 #[derive(Debug)]
@@ -177,5 +180,49 @@ impl DeepBuffers {
     /// Makes room for so many crossings.
     pub(crate) fn with_events(self, opened: &Opened, n_events: u64) -> DeepBuffers {
         DeepBuffers { events: Array::storage(opened, "events", 2 * n_events), ..self }
+    }
+}
+
+/// Buffers of one band, and the one by which its results reach the host.
+pub(crate) struct Pooled {
+    pub(crate) buffers: Buffers,
+    pub(crate) staging: Option<Buffer>,
+}
+
+impl Pooled {
+    fn n_bytes(&self) -> u64 {
+        self.buffers.capacity.n_bytes() + self.staging.as_ref().map_or(0, Buffer::size)
+    }
+}
+
+/// The pool: buffers of finished meshes, kept for the next mesh of the device. To make new buffers, clear them and touch their pages for the
+/// first time takes a driver longer than a small mesh.
+#[derive(Default)]
+pub(crate) struct BufferPool(Mutex<Vec<Pooled>>);
+
+impl BufferPool {
+    /// Takes buffers of at most so many bytes that hold what is wanted, if there are any.
+    pub(crate) fn take(&self, wanted: Capacity, most_bytes: u64) -> Option<Pooled> {
+        let mut pool = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let fits = |has: Capacity| has.holds(wanted) && has.n_bytes_at_most() <= most_bytes;
+        let index = pool.iter().position(|pooled| fits(pooled.buffers.capacity))?;
+        Some(pool.swap_remove(index))
+    }
+
+    /// Drops all if they have more than so many bytes.
+    pub(crate) fn clear_over(&self, max_bytes: u64) {
+        let mut pool = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if pool.iter().map(Pooled::n_bytes).sum::<u64>() > max_bytes {
+            pool.clear();
+        }
+    }
+
+    /// Keeps buffers, and drops the oldest of those that become too many.
+    pub(crate) fn keep(&self, pooled: Pooled) {
+        let mut pool = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        pool.push(pooled);
+        while pool.iter().map(Pooled::n_bytes).sum::<u64>() > MAX_POOL_BYTES {
+            pool.remove(0);
+        }
     }
 }

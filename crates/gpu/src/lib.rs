@@ -42,7 +42,6 @@ mod layout;
 mod needs;
 mod pace;
 mod passes;
-mod pool;
 mod probe;
 mod readback;
 mod resident;
@@ -53,6 +52,7 @@ mod warm_up;
 #[doc(hidden)]
 pub use band::Forced;
 use band::{Context, Launched, Outcome, Worker};
+use buffers::BufferPool;
 #[doc(hidden)]
 pub use buffers::SCAN_BLOCK;
 pub use device::{AdapterFacts, AdapterKind, adapter, adapters, device_limits, instance};
@@ -70,7 +70,6 @@ pub use layout::Params;
 use pace::Pace;
 #[doc(hidden)]
 pub use passes::{DEEP_ITEMS_OF_THREAD, GRADED_ITEMS_OF_THREAD, ITEMS_OF_THREAD, Profile, TILES_OF_THREAD};
-use pool::BufferPool;
 #[doc(hidden)]
 pub use probe::MOST_LOOPS;
 #[doc(hidden)]
