@@ -1,23 +1,24 @@
-//! Reads the files of a job from disk, and blocks until all are read.
+//! Files on disk: reads those of a job, and blocks until all are read. Natively only.
 //!
-//! Names of files -> [`Source`]s, several files at the same time on all cores. [`WrittenFolder`] writes those of a store. Natively only.
+//! Names of files -> [`Source`]s, several files at the same time on all cores. [`FileStore`] keeps columns in a file, and [`WrittenFolder`] writes
+//! the files of a Zarr store.
 
-mod file_store;
 pub mod place;
 mod written_folder;
 
 use std::fs::File;
-use std::io::ErrorKind;
+use std::io::{self, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::Path;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use hexcast_core::base::control::Control;
 use hexcast_core::base::error::{Error, Result};
 use hexcast_core::base::memory::Memory;
 use hexcast_core::base::parallel::*;
+use hexcast_core::cells::columns::{Store, sealed};
 use hexcast_core::input::job::{GeometryJob, Job};
 use hexcast_core::input::sources::Source;
 
-pub use file_store::FileStore;
 pub use written_folder::WrittenFolder;
 
 /// Reads the file of every geometry of a job, in their order, within the memory that it allows; the first that fails decides the error.
@@ -57,7 +58,7 @@ pub fn read_file(file: &str, control: &Control) -> Result<Source> {
 /// `io`: there is no such file, it may not be read, or it is a folder.
 pub fn open_file(path: &Path) -> Result<File> {
     let name = path.display();
-    let failed = |error: std::io::Error| match error.kind() {
+    let failed = |error: io::Error| match error.kind() {
         ErrorKind::NotFound => {
             Error::new("io", format!("{name}: there is no such file"), "look at its name and at the current folder")
         }
@@ -68,4 +69,45 @@ pub fn open_file(path: &Path) -> Result<File> {
         return Err(Error::new("io", format!("{name} is a folder"), "name the files in it"));
     }
     Ok(file)
+}
+
+/// A file as a store of columns, read and appended under a lock.
+pub struct FileStore(Mutex<File>);
+
+impl FileStore {
+    /// Uses a file that is open.
+    pub fn new(file: File) -> FileStore {
+        FileStore(Mutex::new(file))
+    }
+
+    /// Its length; 0 where the system does not say.
+    pub fn n_bytes(&self) -> u64 {
+        self.lock().metadata().map_or(0, |metadata| metadata.len())
+    }
+
+    fn lock(&self) -> MutexGuard<'_, File> {
+        // a panic elsewhere leaves the file as it is
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl sealed::Sealed for FileStore {}
+
+impl Store for FileStore {
+    fn append(&self, bytes: &[u8]) -> io::Result<u64> {
+        let mut file = self.lock();
+        let at = file.seek(SeekFrom::End(0))?;
+        file.write_all(bytes)?;
+        Ok(at)
+    }
+
+    fn read(&self, at: u64, bytes: &mut [u8]) -> io::Result<()> {
+        let mut file = self.lock();
+        file.seek(SeekFrom::Start(at))?;
+        file.read_exact(bytes)
+    }
+
+    fn truncate(&self, n_bytes: u64) -> io::Result<()> {
+        self.lock().set_len(n_bytes)
+    }
 }

@@ -26,7 +26,6 @@ use hexcast_core::set;
 mod backend;
 mod borders;
 mod cut;
-mod effective;
 mod engine;
 mod facts;
 mod halo;
@@ -43,7 +42,6 @@ mod remedies;
 mod shell_checks;
 mod staggered;
 mod surfaces;
-mod uncut;
 mod warnings;
 
 use backend::Backend;

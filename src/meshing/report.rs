@@ -13,28 +13,23 @@ use hexcast_core::derived::mesh::Mesh;
 use hexcast_core::derived::staggered::Staggered;
 use hexcast_core::grid::lines::{Grading, Lines, Residual};
 use hexcast_core::input::job::{Job, Rule};
+use hexcast_core::input::sources::Source;
 use hexcast_core::open_surfaces::doubt::{Corners, Doubtful};
 
 mod of_certificate;
 mod of_columns;
-mod of_fractions;
 mod of_geometries;
-mod of_input;
-mod of_links;
+mod of_measured;
 mod of_shells;
-mod of_staggered;
 mod of_window;
 
 pub use hexcast_core::grid::closed::BadEdges;
 pub use hexcast_core::input::edges::BadEdge;
 pub use of_certificate::{AxisName, CertificateReport, GapReport, OverlapReport, ThinWallReport};
 pub use of_columns::{ColumnsFlag, ColumnsReport};
-pub use of_fractions::{FractionsReport, VolumeReport};
 pub use of_geometries::{FillReport, FlagReport, GeometryReport, OpenReport, flag_reports, is_cut, thick_flags};
-pub use of_input::InputReport;
-pub use of_links::LinksReport;
+pub use of_measured::{ComponentReport, FractionsReport, LinksReport, PointsReport, StaggeredReport, VolumeReport};
 pub use of_shells::{MAX_OFF, MAX_SHELLS, MAX_SHELLS_OF_PART, ShellCheck, ShellReport, off};
-pub use of_staggered::{ComponentReport, PointsReport, StaggeredReport};
 pub use of_window::{FlagSum, ShellsReport, WindowReport, WindowSums, WithoutCells};
 
 /// Seconds of each stage.
@@ -80,6 +75,49 @@ pub struct PeakBytes {
     pub device: u64,
     /// Outside memory: columns that spilled.
     pub spilled: u64,
+}
+
+/// One input: a file, or facets that were in memory.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub struct InputReport {
+    /// Its name as the job has it.
+    pub file: String,
+    /// SHA-256 of its bytes; null for facets that were in memory.
+    pub sha256: Option<String>,
+    /// Its length.
+    pub bytes: u64,
+    /// How it was written.
+    pub format: &'static str,
+    /// The unit of its coordinates; null where it does not say.
+    pub unit: Option<&'static str>,
+    /// Number of facets.
+    pub facets: u64,
+    /// Facets whose file normal points against their corners; the corners count.
+    pub wrong_normals: u64,
+    /// Facets without area.
+    pub zero_area: u64,
+    /// What was accepted although it is not as it should be.
+    pub warnings: Vec<String>,
+}
+
+impl InputReport {
+    /// Describes a file.
+    pub fn new(source: &Source) -> InputReport {
+        let contents = &source.contents;
+        InputReport {
+            file: source.file.clone(),
+            sha256: source.sha256.clone(),
+            bytes: contents.n_bytes,
+            format: contents.format.name(),
+            unit: contents.unit,
+            facets: contents.n_facets,
+            wrong_normals: contents.wrong_normals,
+            zero_area: contents.zero_area,
+            warnings: contents.warnings.clone(),
+        }
+    }
 }
 
 /// Rays of a GPU's that the CPU cast again.

@@ -1,6 +1,6 @@
 //! Bytes of GPU buffers of a mesh in bands.
 
-use super::costs::Estimate;
+use super::Estimate;
 use hexcast_core::stages::cast::sizes::{
     self, BANDS_IN_FLIGHT, BandSize, Capacity, FIRST_BAND, MAX_LAYERS, MOST_BAND, deep_bytes, layers, upload_bytes,
     whole_bins,

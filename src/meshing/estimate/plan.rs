@@ -4,7 +4,7 @@
 //! as small as it must be. The GPU backend keeps to the bytes that it gets: where bands need more than estimated they become smaller.
 //! Weakness: rays are taken to be as crowded everywhere as half again the mean.
 
-use super::costs::Estimate;
+use super::Estimate;
 use super::memory_limits::{Allowed, Device};
 use super::work::Work;
 use hexcast_core::base::error::{Error, MORE_MEMORY, Result};

@@ -1,6 +1,6 @@
 //! The memory of the current work: of a round of strips on the CPU, or of the bands in flight on a GPU.
 
-use super::costs::Estimate;
+use super::Estimate;
 use super::device::{BIN, IN_FLIGHT, UNEVEN};
 use super::memory_limits::{Allowed, Device};
 use hexcast_core::base::parallel::current_num_threads;

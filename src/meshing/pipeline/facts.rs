@@ -2,7 +2,6 @@
 
 use super::borders::Borders;
 use super::cut::Cut;
-use super::effective::effective;
 use super::engine::Engine;
 use super::halo::Beyond;
 use super::measured::Measured;
@@ -29,6 +28,8 @@ use hexcast_core::derived::staggered::Staggered;
 use hexcast_core::grid::frame::Frame;
 use hexcast_core::grid::lines::{Grading, Lines, about_fine_cells, residuals};
 use hexcast_core::grid::rays::Rays;
+use hexcast_core::input::job::{AxisChoice, DEFAULT_CELLS, DEFAULT_GROWTH, DEFAULT_TOLERANCE, HaloEdge, Job};
+use hexcast_core::set;
 use hexcast_core::stages::cast::Cast;
 
 /// All that the stages of a mesh made.
@@ -279,6 +280,43 @@ fn add_gaps(gaps: &Gaps, volumes: &[f64; 256], (flags, names): (&mut Vec<FlagRep
 fn is_without_cells(finding: &Finding, without_cells: &Option<Vec<WithoutCells>>) -> bool {
     let mut known = without_cells.iter().flatten();
     known.any(|of| of.finding.is_some() && finding.geometry.as_ref().is_some_and(|named| named.index == of.geometry))
+}
+
+/// The job with all that it left to defaults filled in; `n_solids` has the number of solids of each file.
+///
+/// What chooses the cells stays as it is: the numbers of the lines would be rounded again.
+fn effective(job: &Job, prepared: &Prepared, n_solids: &[usize], gaps: Option<&Gaps>) -> Job {
+    let mut job = set!(Job { max_memory: None, unit: prepared.unit.clone(), ..job.clone() });
+    let is_sized = job.dims.is_some() || job.cell_size.is_some() || job.max_cell_size.is_some();
+    if job.cells.is_none() && !is_sized && job.lines.is_none() && job.graded.is_none() {
+        job.cells = Some(DEFAULT_CELLS);
+    }
+    if job.max_cell_size.is_some() {
+        job.tolerance = job.tolerance.or(Some(DEFAULT_TOLERANCE));
+    }
+    if let Some(graded) = &mut job.graded {
+        graded.growth = graded.growth.or(Some(DEFAULT_GROWTH));
+    }
+    if job.certify {
+        job.thin_cells = job.thin_cells.or(Some(DEFAULT_THIN_CELLS));
+    }
+    if job.halo.is_some() {
+        job.halo_edge = job.halo_edge.or(Some(HaloEdge::default()));
+    }
+    job.gap_flag = gaps.map(|gaps| gaps.flag);
+    job.axis = [AxisChoice::X, AxisChoice::Y, AxisChoice::Z][prepared.rays.axis];
+    let (split, invert) = (std::mem::take(&mut job.split), std::mem::take(&mut job.invert));
+    let mut first = 0;
+    for (entry, n_solids) in job.geometries.iter_mut().zip(n_solids) {
+        if let Some(geometry) = prepared.geometries.get(first) {
+            entry.flag = Some(geometry.flag);
+            (entry.open, entry.fill) = (Some(geometry.open), Some(geometry.fill));
+            (entry.split, entry.invert) = (entry.split || split, entry.invert || invert);
+            entry.name = (!entry.split).then(|| geometry.name.clone());
+        }
+        first += if entry.split { *n_solids } else { 1 };
+    }
+    job
 }
 
 /// Says which cells were meshed.

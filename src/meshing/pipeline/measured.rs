@@ -4,7 +4,7 @@ use super::backend::Backend;
 use super::cut::Cut;
 use super::meshed::Meshed;
 use super::prepare::{Prepared, Task};
-use super::uncut::Uncut;
+use super::surfaces::Uncut;
 use hexcast_core::base::control::Control;
 use hexcast_core::base::error::Result;
 use hexcast_core::cells::columns::Columns;
