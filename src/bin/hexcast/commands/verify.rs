@@ -20,7 +20,6 @@ use crate::files::reading;
 use crate::options::arguments::{JobArguments, at_least_one, number};
 use crate::screen::terminal;
 
-mod gaps;
 mod lines;
 mod ray;
 mod scene;
