@@ -22,22 +22,19 @@ use hexcast_core::base::error::{Error, Result};
 use hexcast_core::input::job::{BackendChoice, Job};
 use hexcast_core::input::sources::Source;
 
-mod arrays;
-mod difference;
+mod border;
 mod encoder;
 mod export;
 mod file;
-mod info;
 mod leak;
 mod mesh;
 mod picture;
-mod resting;
 mod scene;
 mod surface;
-mod values;
 mod work;
 mod write_options;
 
+use border::{JsResult, engine_facts, forget, js_error, json, keep, kept};
 pub use encoder::{WebEncoder, WebHash};
 pub use file::JsFile;
 use file::JsFileStore;
@@ -45,7 +42,6 @@ pub use mesh::{WebMesh, WebSkin};
 pub use picture::WebLook;
 pub use scene::WebScene;
 pub use surface::{WebReader, WebSurface};
-use values::{JsResult, forget, js_error, keep, kept};
 pub use work::WebWork;
 
 /// Version of hexcast.
@@ -115,7 +111,7 @@ impl WebJob {
         Ok(WebWork::new(|control| async move {
             let Prepared { geometries, lines, rays, unit, .. } = &prepared;
             let estimate = Estimate::with_rests(geometries, lines, rays, &control).await?;
-            Ok(info::json(&estimate.with_unit(unit.as_deref())).into())
+            Ok(json(&estimate.with_unit(unit.as_deref())).into())
         }))
     }
 
@@ -167,7 +163,7 @@ impl WebEngine {
 
     /// `{backend, adapter, fallback}` as JSON, which a mesh may have changed; empty while one is made.
     pub fn facts(&self) -> String {
-        self.engine.borrow().as_ref().map(info::engine_facts).unwrap_or_default()
+        self.engine.borrow().as_ref().map(engine_facts).unwrap_or_default()
     }
 
     /// Meshes a job; `progress` is called with rays done and rays in all. Columns that exceed the memory allowed go to
@@ -191,7 +187,7 @@ impl WebEngine {
         let measured = Measured::take(&mut facts);
         let zarr = job.job.zarr.unwrap_or_default();
         let report = Report::new(facts, CallerFacts { read: read_seconds, ..CallerFacts::default() });
-        Ok(WebMesh::new(mesh, (Arc::new(measured), zarr), info::json(&report)))
+        Ok(WebMesh::new(mesh, (Arc::new(measured), zarr), json(&report)))
     }
 
     /// Meshes a job with so many cells along the longest side, for each of `sizes`; `progress` begins again with each. Returns JSON: the
@@ -200,7 +196,7 @@ impl WebEngine {
         let work = async |engine: &mut Engine, control: &Control| {
             converge(&job.job, &job.sources(), &sizes, engine, control).await
         };
-        Ok(info::json(&self.with_engine(&job, progress, work).await?))
+        Ok(json(&self.with_engine(&job, progress, work).await?))
     }
 
     /// Meshes a job that will be edited; its columns stay in memory.

@@ -4,10 +4,10 @@ use hexcast_core::set;
 use sha2::{Digest, Sha256};
 use wasm_bindgen::prelude::*;
 
+use super::border::{JsResult, js_error};
 use super::export::{export_work, exporter_of, links_work};
 use super::mesh::WebMesh;
-use super::resting::Resting;
-use super::values::{JsResult, js_error};
+use super::work::Resting;
 use super::write_options::WriteOptions;
 use crate::meshing::measured::Measured;
 use hexcast_core::base::checksum::hex;

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::rc::Rc;
 use std::sync::Arc;
 
-use super::resting::Resting;
+use super::work::Resting;
 use crate::meshing::measured::Measured;
 use hexcast_core::base::error::{Error, Result};
 use hexcast_core::derived::mesh::Mesh;

@@ -4,7 +4,7 @@ use std::io;
 
 use wasm_bindgen::prelude::*;
 
-use super::values::{forget, keep, kept};
+use super::border::{forget, keep, kept};
 use hexcast_core::cells::columns::{Store, sealed};
 
 #[wasm_bindgen]

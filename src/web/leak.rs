@@ -4,8 +4,8 @@ use serde::Deserialize;
 use wasm_bindgen::prelude::*;
 
 use super::WebJob;
+use super::border::{JsResult, js_error, json};
 use super::mesh::WebMesh;
-use super::values::{JsResult, js_error};
 use hexcast_core::base::control::Control;
 use hexcast_core::base::error::{Error, Result};
 use hexcast_core::derived::leak::{Answer, Question, leak};
@@ -46,6 +46,6 @@ impl WebMesh {
             let found = leak(&self.mesh, &question, &Control::default())?;
             Ok(Answer::new(found, &self.mesh, surfaces.as_deref()))
         };
-        answer().map(|answer| super::info::json(&answer)).map_err(js_error)
+        answer().map(|answer| json(&answer)).map_err(js_error)
     }
 }

@@ -1,23 +1,27 @@
-//! A mesh for JavaScript: queries and pictures.
+//! A mesh for JavaScript: its cells, its surface, what was measured beside them, and what differs from another mesh.
 
 use std::rc::Rc;
 use std::sync::Arc;
 
+use js_sys::Array;
+use serde::Serialize;
 use wasm_bindgen::prelude::*;
 
+use super::border::{JsResult, js_error, json};
 use super::file::{JsFile, JsFileStore};
-use super::values::{JsResult, js_error};
+use super::work::WebWork;
 use crate::meshing::measured::Measured;
 use crate::meshing::report::ColumnsReport;
 use hexcast_core::base::control::Control;
 use hexcast_core::base::error::Error;
 use hexcast_core::cells::columns::BoxRuns;
 use hexcast_core::cells::flags::CellBox;
+use hexcast_core::derived::difference::difference_with_rests;
 use hexcast_core::derived::mesh::Mesh;
 use hexcast_core::derived::skin::{skin, slice};
 use hexcast_core::grid::lines::Lines;
 use hexcast_core::input::job::ZarrJob;
-use hexcast_files::write::column_file;
+use hexcast_files::write::{self, column_file};
 
 /// Most bytes for the index of an opened file and for what was read of it last.
 const OPENED_BYTES: u64 = 1 << 30;
@@ -38,6 +42,13 @@ impl WebMesh {
     }
 }
 
+/// An array of what was measured, as `www/core/arrays.js` reads it.
+#[derive(Serialize)]
+struct Described<'a> {
+    name: &'a str,
+    kind: &'a str,
+}
+
 pub(super) fn cell_box(numbers: &[u32]) -> JsResult<CellBox> {
     match *numbers {
         [x0, y0, z0, x1, y1, z1] => Ok([x0..x1, y0..y1, z0..z1]),
@@ -51,7 +62,7 @@ impl WebMesh {
     pub fn open(file: JsFile, n_bytes: f64) -> JsResult<WebMesh> {
         let store = Arc::new(JsFileStore::new(file));
         let mesh = column_file::open(store, n_bytes as u64, OPENED_BYTES).map_err(js_error)?;
-        let report = super::info::json(&ColumnsReport::new(&mesh));
+        let report = json(&ColumnsReport::new(&mesh));
         Ok(WebMesh::new(mesh, Default::default(), report))
     }
 
@@ -135,6 +146,35 @@ impl WebMesh {
     pub fn skin(&self, max_quads: f64) -> JsResult<WebSkin> {
         let skin = skin(&self.mesh, max_quads as usize, None, &Control::default()).map_err(js_error)?;
         Ok(WebSkin { skin, lines: self.mesh.lines().clone() })
+    }
+
+    /// Names and types of the arrays of `links`, `fractions` or `staggered`, as JSON.
+    #[wasm_bindgen(js_name = arraysOf)]
+    pub fn arrays_of(&self, of: &str) -> JsResult<String> {
+        let arrays = self.measured.arrays(&self.mesh, of).map_err(js_error)?;
+        let described: Vec<Described> =
+            arrays.iter().map(|of| Described { name: of.name(), kind: of.kind() }).collect();
+        Ok(json(&described))
+    }
+
+    /// The bytes of one of these arrays, in their order.
+    #[wasm_bindgen(js_name = arrayOf)]
+    pub fn array_of(&self, of: &str, index: usize) -> JsResult<Vec<u8>> {
+        let arrays = self.measured.arrays(&self.mesh, of).map_err(js_error)?;
+        arrays.get(index).map_or(Ok(Vec::new()), write::Array::bytes).map_err(js_error)
+    }
+
+    /// Compares it with another mesh; the mask takes at most so many bytes. Makes two values: what `hexcast diff --json` prints, and the
+    /// mask, a `WebMesh`.
+    #[wasm_bindgen(js_name = differenceFrom)]
+    pub fn difference_from(&self, other: &WebMesh, max_bytes: f64) -> WebWork {
+        let (one, other) = (self.mesh.clone(), other.mesh.clone());
+        WebWork::new(move |control| async move {
+            let found = difference_with_rests(&one, &other, max_bytes as u64, &control).await?;
+            let (facts, report) = (json(&found), json(&ColumnsReport::new(&found.mask)));
+            let mask = WebMesh::new(found.mask, Default::default(), report);
+            Ok(Array::of2(&facts.into(), &mask.into()).into())
+        })
     }
 }
 

@@ -3,8 +3,8 @@
 use hexcast_core::set;
 use wasm_bindgen::prelude::*;
 
+use super::border::{JsResult, js_error};
 use super::mesh::{WebMesh, cell_box};
-use super::values::{JsResult, js_error};
 use super::work::WebWork;
 use hexcast_files::picture::{Look, Place, Slices, View, slices_with_rests, view_with_rests};
 

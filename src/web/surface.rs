@@ -5,8 +5,7 @@ use std::rc::Rc;
 use sha2::{Digest, Sha256};
 use wasm_bindgen::prelude::*;
 
-use super::info;
-use super::values::{JsResult, js_error};
+use super::border::{JsResult, edge_info, file_info, js_error};
 use super::work::WebWork;
 use hexcast_core::base::checksum::hex;
 use hexcast_core::base::error::Error;
@@ -79,7 +78,7 @@ impl WebSurface {
 
     /// Facts as JSON: `FileInfo` of `www/job.d.ts`.
     pub fn info(&self) -> String {
-        info::file_info(&self.source, &self.geometry)
+        file_info(&self.source, &self.geometry)
     }
 
     /// Corners of all facets, 9 numbers each.
@@ -106,7 +105,7 @@ impl WebSurface {
             for (index, part) in parts.iter().enumerate() {
                 checked.push(surface_with_rests(part, &control.of_piece(index, parts.len())).await?);
             }
-            Ok(info::edge_info(&checked).into())
+            Ok(edge_info(&checked).into())
         })
     }
 

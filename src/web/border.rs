@@ -1,11 +1,17 @@
-//! Facts of errors, engines, surfaces and meshes as JSON.
+//! The border: facts as JSON and errors on their way to JavaScript, and values of JavaScript that Rust holds.
+
+use std::cell::RefCell;
 
 use serde::Serialize;
+use wasm_bindgen::prelude::*;
 
 use crate::meshing::pipeline::Engine;
+use hexcast_core::base::error::Error;
 use hexcast_core::input::geometry::Geometry;
 use hexcast_core::input::sources::Source;
 use hexcast_core::input::surface::Surface;
+
+pub(super) type JsResult<T> = std::result::Result<T, JsValue>;
 
 /// Writes plain data as JSON.
 pub(super) fn json(value: &impl Serialize) -> String {
@@ -15,10 +21,39 @@ pub(super) fn json(value: &impl Serialize) -> String {
 
 /// What `www/protocol/error.js` makes an error of.
 #[derive(Serialize)]
-pub(super) struct ErrorFacts<'a> {
-    pub(super) code: &'a str,
-    pub(super) message: &'a str,
-    pub(super) hint: &'a str,
+struct ErrorFacts<'a> {
+    code: &'a str,
+    message: &'a str,
+    hint: &'a str,
+}
+
+/// An error as `www/core/core.js` parses it.
+pub(super) fn js_error(error: Error) -> JsValue {
+    let message = error.to_string();
+    JsValue::from_str(&json(&ErrorFacts { code: error.code(), message: &message, hint: error.hint() }))
+}
+
+thread_local! {
+    /// JavaScript values in use, by number: a closure that holds a number can be sent between threads, one that holds such a
+    /// value cannot.
+    static KEPT: RefCell<Vec<JsValue>> = RefCell::default();
+}
+
+pub(super) fn keep(value: JsValue) -> usize {
+    KEPT.with_borrow_mut(|all| {
+        let id = all.iter().position(JsValue::is_undefined).unwrap_or(all.len());
+        all.resize(all.len().max(id + 1), JsValue::UNDEFINED);
+        all[id] = value;
+        id
+    })
+}
+
+pub(super) fn forget(id: usize) {
+    KEPT.with_borrow_mut(|all| all[id] = JsValue::UNDEFINED);
+}
+
+pub(super) fn kept(id: usize) -> JsValue {
+    KEPT.with_borrow(|all| all[id].clone())
 }
 
 #[derive(Serialize)]
