@@ -6,6 +6,8 @@ import path from 'node:path';
 import { defineConfig } from 'vite';
 
 const WWW = path.join(import.meta.dirname, 'www');
+/** What isolates a page from other origins, so that its workers may share memory. */
+export const ISOLATED = { 'Cross-Origin-Opener-Policy': 'same-origin', 'Cross-Origin-Embedder-Policy': 'require-corp' };
 
 /**
  * Writes the service worker with the names of all files of the page.
@@ -19,7 +21,9 @@ function offline() {
       // after index.html is there
       order: 'post',
       handler(_options, bundle) {
-        const files = JSON.stringify(['./', ...Object.keys(bundle).sort()]);
+        // where there is no network, one thread does
+        const kept = Object.keys(bundle).filter((name) => !/threads.*\.wasm$/.test(name));
+        const files = JSON.stringify(['./', ...kept.sort()]);
         const worker = readFileSync(path.join(WWW, 'page/offline.js'), 'utf8');
         const source = worker.replace("const FILES = ['./'];", `const FILES = ${files};`);
         if (source === worker) throw new Error('the service worker has no list of files to replace');
@@ -46,5 +50,5 @@ export default defineConfig({
     // three.js
     chunkSizeWarningLimit: 700,
   },
-  preview: { host: '127.0.0.1', port: 8080, strictPort: true },
+  preview: { host: '127.0.0.1', port: 8080, strictPort: true, headers: ISOLATED },
 });

@@ -25,29 +25,40 @@ const PACKAGE_FILES = [...readdirSync(WWW).filter((name) => /\.(js|d\.ts)$/.test
  * make the cells are compiled at level 3, and take half the time of level z. Compilers differ by some kilobytes.
  */
 const LIMITS = { wasm: 2660, gzip: 1130 };
+/** The same of the wasm with threads, which has rayon's pool besides. */
+const THREADS_LIMITS = { wasm: 3200, gzip: 1230 };
 /** The functions of Rust's library that word a panic and never return. */
 const PANICS = /^<?(core|alloc)\b.*\b(panicking|panic_\w+|\w+_fail(ed|_rt)?|capacity_overflow|handle_error)\b/;
 /** Every browser with WebGPU has these; without them wasm-opt refuses the code. */
 const FEATURES =
-  '--enable-simd --enable-bulk-memory --enable-nontrapping-float-to-int --enable-sign-ext --enable-mutable-globals --enable-reference-types --enable-multivalue';
+  '--enable-simd --enable-bulk-memory --enable-nontrapping-float-to-int --enable-sign-ext --enable-mutable-globals --enable-reference-types --enable-multivalue'.split(
+    ' ',
+  );
 
-/** Builds dist/ and returns a line with its sizes; fails where the wasm is too large. */
+/** Builds dist/ and returns a line with the sizes of each wasm; fails where one is too large. */
 export async function build() {
   await ensureNodeModules();
   const bindgen = await ensureBindgen();
-  const compiled = await compileWasm();
+  const compiled = [await compileWasm(false), await compileWasm(true)];
   rmSync(DIST, { recursive: true, force: true });
   mkdirSync(DIST, { recursive: true });
   for (const name of PACKAGE_FILES) cpSync(path.join(WWW, name), path.join(DIST, name), { recursive: true });
-  await run(bindgen, ['--target', 'web', '--out-dir', DIST, '--out-name', 'hexcast_wasm', compiled]);
-  const wasm = nameWasm();
-  await dropPanicMessages(wasm);
-  // functions of one generic have like names and like code: side by side they compress better, by 5 kB
-  await optimize(wasm, '-g', '-Oz', '--reorder-functions-by-name');
-  await optimize(wasm, '--strip-debug', '--strip-producers');
+  const names = ['hexcast_wasm', 'hexcast_threads'];
+  for (const [index, name] of names.entries()) {
+    await run(bindgen, ['--target', 'web', '--out-dir', DIST, '--out-name', name, compiled[index]]);
+  }
+  const [one, many] = [nameWasm(), path.join(DIST, 'hexcast_threads_bg.wasm')];
+  rmSync(`${many}.d.ts`);
+  for (const wasm of [one, many]) {
+    await dropPanicMessages(wasm);
+    const features = wasm === many ? [...FEATURES, '--enable-threads'] : FEATURES;
+    // functions of one generic have like names and like code: side by side they compress better, by 5 kB
+    await optimize(wasm, ...features, '-g', '-Oz', '--reorder-functions-by-name');
+    await optimize(wasm, ...features, '--strip-debug', '--strip-producers');
+  }
   // a process of its own: Vite sets NODE_ENV to "production" for all that follows it, and npm then installs no tools
   await run(process.execPath, [path.join(ROOT, 'node_modules/vite/bin/vite.js'), 'build', '--logLevel', 'warn']);
-  return checkSizes(wasm);
+  return `${checkSizes(one, LIMITS)}; ${checkSizes(many, THREADS_LIMITS)}`;
 }
 
 /**
@@ -78,7 +89,7 @@ async function dropPanicMessages(wasm) {
 /** Runs wasm-opt on a file; without "-g" it leaves names out. @param {string} wasm @param {string[]} passes */
 async function optimize(wasm, ...passes) {
   const program = path.join(ROOT, 'node_modules/binaryen/bin/wasm-opt');
-  await run(process.execPath, [program, ...FEATURES.split(' '), ...passes, wasm, '-o', wasm]);
+  await run(process.execPath, [program, ...passes, wasm, '-o', wasm]);
 }
 
 /** Gives the wasm its public name and returns its path; the glue, which nobody imports by name, keeps its own. */
@@ -90,12 +101,12 @@ function nameWasm() {
   return wasm;
 }
 
-/** @param {string} file */
-function checkSizes(file) {
+/** @param {string} file @param {typeof LIMITS} limits */
+function checkSizes(file, limits) {
   const sizes = { wasm: statSync(file).size / 1000, gzip: gzipSync(readFileSync(file), { level: 9 }).length / 1000 };
-  const parts = /** @type {const} */ (['wasm', 'gzip']).map((name) => `${name} ${sizes[name].toFixed(1)} kB of ${LIMITS[name]}`);
+  const parts = /** @type {const} */ (['wasm', 'gzip']).map((name) => `${name} ${sizes[name].toFixed(1)} kB of ${limits[name]}`);
   const line = `${path.basename(file)}: ${parts.join(', ')}`;
-  if (sizes.wasm > LIMITS.wasm || sizes.gzip > LIMITS.gzip) {
+  if (sizes.wasm > limits.wasm || sizes.gzip > limits.gzip) {
     throw new Error(
       `the wasm file is too large: ${line}. See what grew with "npx wasm-opt --func-metrics dist/${path.basename(file)}"`,
     );

@@ -369,7 +369,11 @@ function rows() {
     const key = /^\w+$/.test(name) ? name : `'${name}'`;
     const line = `  ${key}: row(${values.join(', ')}),\n`;
     if (line.length <= 131) return line;
-    const last = values.pop()?.replace('{ ', '{\n    ').replaceAll(/', (?=\w+: )/g, "',\n    ").replace(' }', ',\n  }');
+    const last = values
+      .pop()
+      ?.replace('{ ', '{\n    ')
+      .replaceAll(/', (?=\w+: )/g, "',\n    ")
+      .replace(' }', ',\n  }');
     return `  ${key}: row(${values.join(', ')}, ${last}),\n`;
   });
   return `/** What each format is and can hold. Made by ${OF_FORMATS}. */

@@ -8,7 +8,7 @@ import { ensure, ensureNodeModules, requireRust } from './machine.mjs';
 import { ensurePython } from './python.mjs';
 import { Steps } from './run.mjs';
 import { ensureSolvers } from './solvers.mjs';
-import { ensureBindgen, wasmRust } from './wasm.mjs';
+import { ensureBindgen, threadsRust, wasmRust } from './wasm.mjs';
 
 /** What each group of tests needs from the machine; the names are those of the list in machine.mjs. */
 /** @type {Record<string, Parameters<typeof ensure>>} */
@@ -40,6 +40,7 @@ export async function setup(steps, groups = GROUPS) {
   if (groups.includes('solvers')) await steps.step('Python packages of the solvers', ensureSolvers);
   if (groups.every((group) => ['native', 'python', 'cluster', 'solvers', RELEASE].includes(group))) return;
   await steps.step('Rust for wasm32', async () => (await wasmRust()).name);
+  await steps.step('Rust for wasm32 with threads', async () => (await threadsRust()).name);
   if (groups.includes('lint')) await steps.step('cargo-deny', ensureDeny);
   await steps.step('wasm-bindgen', async () => void (await ensureBindgen()));
 }

@@ -31,6 +31,8 @@ mod mesh;
 mod picture;
 mod scene;
 mod surface;
+#[cfg(target_feature = "atomics")]
+mod threads;
 mod work;
 mod write_options;
 
@@ -42,6 +44,8 @@ pub use mesh::{WebMesh, WebSkin};
 pub use picture::WebLook;
 pub use scene::WebScene;
 pub use surface::{WebReader, WebSurface};
+#[cfg(target_feature = "atomics")]
+pub use threads::{run_thread, start_threads};
 pub use work::WebWork;
 
 /// Version of hexcast.

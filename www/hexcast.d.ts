@@ -113,6 +113,12 @@ export type WasmSource = string | URL | ArrayBufferLike | Uint8Array | WebAssemb
 export interface MesherOptions {
   /** Default `auto`. With `gpu`, a missing adapter is the error `no-adapter`, and one lost for good `device-lost`. */
   backend?: BackendChoice;
+  /**
+   * Threads of what the processor does, 1 to 256; 1 for none but that of the mesher. By default as many as the processor has, at most 16, in
+   * Node and in pages that are isolated from other origins (`crossOriginIsolated`), where workers may share memory; 1 elsewhere, and with
+   * `wasm`, `worker` or `device`. The result is the same. More than 1 is the error `job-conflict` where there can be one only.
+   */
+  threads?: number;
   /** The wasm; by default `hexcast_bg.wasm` in the folder of this script. */
   wasm?: WasmSource;
   /**
@@ -190,6 +196,8 @@ export interface Adapter {
 export interface Mesher extends Disposable {
   /** The backend that meshes. With `auto` it changes to the CPU if the GPU is lost and no other can be opened. */
   readonly backend: 'gpu' | 'cpu';
+  /** Threads of what the processor does; see {@link MesherOptions.threads}. */
+  readonly threads: number;
   /** The GPU; null on the CPU. */
   readonly adapter: Adapter | null;
   /** Why `auto` meshes on the CPU: no GPU was found, it is one in software, or it was lost; null otherwise. */

@@ -69,11 +69,15 @@ async function meshSpilling({ backend, knot }) {
 }
 
 for (const [name, open] of Object.entries({ Chromium: openChromium, Firefox: openFirefox })) {
-  test(`columns spill in ${name}, read back the same, and no file is left`, async ({ site }) => {
+  test(`columns spill in ${name}, read back the same, and no file is left`, async ({ site: ofOneThread, isolatedSite }) => {
     const knot = await knotText();
     const browser = await open();
     try {
-      for (const backend of ['cpu', 'gpu']) {
+      for (const [backend, site] of [
+        ['cpu', ofOneThread],
+        ['gpu', ofOneThread],
+        ['cpu', isolatedSite],
+      ]) {
         const page = await browser.newPage();
         const complaints = complaintsOf(page, site);
         await page.goto(site);

@@ -6,6 +6,7 @@ import { readFileSync } from 'node:fs';
 import { test as base } from '@playwright/test';
 
 import { serve } from '../../scripts/serve.mjs';
+import { ISOLATED } from '../../vite.config.mjs';
 import { complaintsOf, openFirefox } from './browsers.mjs';
 import { serveWithWorker } from './workers.mjs';
 
@@ -21,6 +22,7 @@ const DRIVER_REMARK = /GL Driver Message \(OpenGL, Performance/;
  * - `visit(hash, { url, prepare })`: opens the page with parameters, in a context of its own, and resolves to it once it is
  *   ready. `url` is that of another server's page, `prepare` a script that runs before the page's. Where the page complains of
  *   anything until the test ends, the test fails;
+ * - `isolatedSite`: where it is with the headers that let its workers share memory;
  * - `siteWithWorker(code)`: where a page is whose worker runs this code, too;
  * - `firefox`: a Puppeteer browser.
  */
@@ -29,6 +31,16 @@ export const test = base.extend({
     // biome-ignore lint/correctness/noEmptyPattern: Playwright reads from the pattern what a fixture needs
     async ({}, use) => {
       const server = await serve({ base: '/below/a/path/' });
+      await use(server.url);
+      await server.close();
+    },
+    { scope: 'worker' },
+  ],
+
+  isolatedSite: [
+    // biome-ignore lint/correctness/noEmptyPattern: as above
+    async ({}, use) => {
+      const server = await serve({ headers: ISOLATED });
       await use(server.url);
       await server.close();
     },

@@ -26,6 +26,12 @@ fn root() -> PathBuf {
 fn read(path: &Path, folder: &Path, module: &[String], modules: &mut Modules) {
     let text = std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     let items = syn::parse_file(&text).expect("the source is Rust").items;
+    // what a macro makes of an enumeration has its name and variants
+    let made = |item: &Item| match item {
+        Item::Macro(of) => syn::parse2(of.mac.tokens.clone()).ok().map(Item::Enum),
+        _ => None,
+    };
+    let items = items.into_iter().map(|item| made(&item).unwrap_or(item)).collect();
     read_items(items, folder, module, modules);
 }
 

@@ -2,7 +2,7 @@
 import { HexcastError } from '../protocol/error.js';
 
 /** Options of `createMesher`. */
-export const MESHER = ['backend', 'wasm', 'worker', 'device', 'signal'];
+export const MESHER = ['backend', 'threads', 'wasm', 'worker', 'device', 'signal'];
 /** Options of every call that takes time. */
 export const CALL = ['signal', 'onProgress'];
 

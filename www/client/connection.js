@@ -68,6 +68,8 @@ export class Connection {
   #abandoned = new Map();
   #next = 1;
   #hasAnswered = false;
+  /** @type {BroadcastChannel | null} */
+  #failures = null;
 
   /** @param {Port} port */
   constructor(port) {
@@ -159,7 +161,21 @@ export class Connection {
     this.#port?.send({ id: this.#next++, operation, args });
   }
 
+  /** The name of a channel on which threads say that they failed: the worker waits for them, and says nothing. */
+  failures() {
+    const name = `hexcast ${crypto.randomUUID()}`;
+    this.#failures = new BroadcastChannel(name);
+    this.#failures.onmessage = ({ data }) => {
+      const port = this.#port;
+      this.#port = null;
+      port?.onfailure(data);
+      port?.close();
+    };
+    return name;
+  }
+
   close() {
+    this.#failures?.close();
     this.#port?.close();
     this.#port = null;
     this.#fail(new HexcastError('cancelled', 'the mesher was disposed of'));

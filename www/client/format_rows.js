@@ -4,9 +4,10 @@
 
 /**
  * @param {Facts['kind']} kind @param {string} type @param {boolean} compresses @param {boolean} ascii @param {boolean} unit
- * @param {Facts['spacing']} spacing @returns {Facts}
+ * @param {Facts['spacing']} spacing @param {Pick<Facts, 'program' | 'about' | 'file'>} [of] another program @returns {Facts}
  */
-const row = (kind, type, compresses, ascii, unit, spacing) => Object.freeze({ kind, type, compresses, ascii, unit, spacing });
+const row = (kind, type, compresses, ascii, unit, spacing, of) =>
+  Object.freeze({ kind, type, compresses, ascii, unit, spacing, ...of });
 
 /** @type {typeof import('../hexcast.js').formats} */
 export const FORMATS = Object.freeze({
@@ -26,14 +27,54 @@ export const FORMATS = Object.freeze({
   'fractions.vtr': row('measured', 'application/vnd.vtk.vtr+xml', true, false, false, 'any'),
   'fractions.npy': row('measured', 'application/octet-stream', false, false, false, 'any'),
   'fractions.zarr': row('measured', 'application/zip', true, false, false, 'any'),
-  foam: row('export', 'application/zip', true, true, true, 'any'),
-  inp: row('export', 'application/octet-stream', false, false, true, 'any'),
-  msh: row('export', 'application/octet-stream', false, true, false, 'any'),
-  xdmf: row('export', 'application/zip', true, false, false, 'any'),
-  'csx.xml': row('export', 'application/xml', false, false, true, 'any'),
-  in: row('export', 'application/zip', true, false, true, 'equal'),
-  'geometry.xml': row('export', 'application/xml', false, false, true, 'equal'),
-  nrrd: row('export', 'application/octet-stream', true, false, false, 'equal'),
-  vox: row('export', 'application/octet-stream', false, false, false, 'equal'),
-  binvox: row('export', 'application/octet-stream', false, false, false, 'cubes'),
+  foam: row('export', 'application/zip', true, true, true, 'any', {
+    program: 'OpenFOAM',
+    about: 'a polyMesh',
+    file: 'NAME.foam.zip',
+  }),
+  inp: row('export', 'application/octet-stream', false, false, true, 'any', {
+    program: 'Abaqus, CalculiX',
+    about: 'bricks, sets, surfaces',
+    file: 'NAME.inp',
+  }),
+  msh: row('export', 'application/octet-stream', false, true, false, 'any', {
+    program: 'Gmsh',
+    about: 'hexahedra, MSH 4.1',
+    file: 'NAME.msh',
+  }),
+  xdmf: row('export', 'application/zip', true, false, false, 'any', {
+    program: 'XDMF',
+    about: 'hexahedra for ParaView, meshio and dolfinx',
+    file: 'NAME.xdmf.zip',
+  }),
+  'csx.xml': row('export', 'application/xml', false, false, true, 'any', {
+    program: 'openEMS',
+    about: 'lines, materials and boxes',
+    file: 'NAME.csx.xml',
+  }),
+  in: row('export', 'application/zip', true, false, true, 'equal', {
+    program: 'gprMax 4',
+    about: 'an array of materials',
+    file: 'NAME.in.zip',
+  }),
+  'geometry.xml': row('export', 'application/xml', false, false, true, 'equal', {
+    program: 'OpenMC',
+    about: 'a lattice',
+    file: 'geometry.xml',
+  }),
+  nrrd: row('export', 'application/octet-stream', true, false, false, 'equal', {
+    program: 'NRRD',
+    about: 'an image for 3D Slicer and ITK',
+    file: 'NAME.nrrd',
+  }),
+  vox: row('export', 'application/octet-stream', false, false, false, 'equal', {
+    program: 'MagicaVoxel',
+    about: 'coloured cubes, to look at',
+    file: 'NAME.vox',
+  }),
+  binvox: row('export', 'application/octet-stream', false, false, false, 'cubes', {
+    program: 'binvox',
+    about: 'a cube of bits, to look at',
+    file: 'NAME.binvox',
+  }),
 });

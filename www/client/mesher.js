@@ -82,10 +82,11 @@ class Surface {
 export class Mesher {
   #connection;
 
-  /** @param {Connection} connection @param {import('../core/core.js').Facts} facts */
-  constructor(connection, { backend, adapter, fallback }) {
+  /** @param {Connection} connection @param {import('../core/core.js').Facts & { threads: number }} facts */
+  constructor(connection, { backend, threads, adapter, fallback }) {
     this.#connection = connection;
     this.backend = backend;
+    this.threads = threads;
     this.adapter = adapter;
     this.fallback = fallback;
   }

@@ -12,7 +12,8 @@ import { asError, failureOf } from '../protocol/error.js';
 export async function answer(core, { id, operation, args }, report) {
   try {
     const progress = (/** @type {import('../hexcast.js').Progress} */ at) => report({ id, progress: at });
-    const result = operation === 'open' ? await core.open(args) : await core.run(operation, id, args, progress);
+    // what a call is cancelled with is the wasm's, which `load` brings
+    const result = operation === 'load' ? await core.load(args) : await core.run(operation, id, args, progress);
     return { id, result };
   } catch (error) {
     return { id, failure: failureOf(asError(error)) };

@@ -12,14 +12,16 @@ import { sha256 } from './hash.js';
 import { HexcastError } from '../protocol/error.js';
 import { factsOf, onRays } from './mesh_facts.js';
 import { Held, freeAfter } from './held_objects.js';
-import init, { WebEngine, WebGpu, WebJob, WebMesh, WebSurface, WebSwitch, expandText, version } from '../hexcast_wasm.js';
 import { NOT_FOUND } from '../platform/own_files.js';
 import { Pace } from './pace.js';
 import { readSurface } from './read_files.js';
 import { allRuns, changedRuns } from './runs.js';
 import { inSteps } from './steps.js';
+import { compiled, startThreads } from './threads.js';
 
 /**
+ * @typedef {import('./threads.js').Glue} Glue
+ * @typedef {import('../hexcast_wasm.js').WebMesh} WebMesh
  * @typedef {import('../protocol/call.js').State} State
  * @typedef {import('../protocol/call.js').Listener} Listener
  * @typedef {{ json: string, surfaces: number[] }} JobArguments a job, and its surfaces by number
@@ -29,12 +31,14 @@ import { inSteps } from './steps.js';
  */
 
 export class Core {
-  /** Set by `open`. @type {WebEngine} */
+  #glue;
+  #startThread;
+  /** Set by `open`. @type {import('../hexcast_wasm.js').WebEngine} */
   #engine = /** @type {never} */ (null);
   /** @type {Devices | null} */
   #devices = null;
   #isDisposed = false;
-  /** @type {Held<WebSurface>} */
+  /** @type {Held<import('../hexcast_wasm.js').WebSurface>} */
   #surfaces = new Held();
   /** @type {Held<WebMesh>} */
   #meshes = new Held();
@@ -53,28 +57,52 @@ export class Core {
   #pace = new Pace();
 
   /**
-   * Loads the wasm and opens a backend; `auto` does not take an adapter in software, unless its device is the caller's.
+   * @param {Glue} glue of the wasm
+   * @param {import('./threads.js').StartThread} [startThread] where the wasm has threads
+   */
+  constructor(glue, startThread) {
+    this.#glue = glue;
+    this.#startThread = startThread;
+  }
+
+  /**
+   * Loads the wasm, and starts its threads; returns how many there are.
    *
-   * @param {{ backend: import('../hexcast.js').BackendChoice, wasm: any, device?: GPUDevice, gpu?: GPU | null }} args
+   * @param {{ wasm: any, threads: number, failures?: string }} args
+   */
+  async load({ wasm, threads, failures }) {
+    const start = this.#startThread;
+    if (!start) {
+      await load(this.#glue, wasm);
+      return 1;
+    }
+    const module = await compiled(wasm);
+    const { memory } = await load(this.#glue, module);
+    return startThreads(this.#glue, { module, memory, failures }, start, threads);
+  }
+
+  /**
+   * Opens a backend; `auto` does not take an adapter in software, unless its device is the caller's.
+   *
+   * @param {{ backend: import('../hexcast.js').BackendChoice, device?: GPUDevice, gpu?: GPU | null }} args
    * @returns {Promise<Facts & { version: string }>}
    */
-  async open({ backend, wasm, device, gpu = globalThis.navigator?.gpu }) {
+  async open({ backend, device, gpu = globalThis.navigator?.gpu }) {
     // files that earlier visits left; not awaited
     clearSpillFiles();
-    await load(wasm);
     // where the search fails, so does that of the wasm, which reports it
     const adapter = backend === 'cpu' ? null : await describeAdapter(gpu, device).catch(() => null);
     if (backend === 'auto' && !device && adapter) this.#notTaken = whyNotTaken(adapter);
     this.#devices = new Devices(gpu, device);
-    const found = this.#devices.whileFound(() => new WebGpu());
-    this.#engine = await WebEngine.open(this.#notTaken ? 'cpu' : backend, found, pause);
+    const found = this.#devices.whileFound(() => new this.#glue.WebGpu());
+    this.#engine = await this.#glue.WebEngine.open(this.#notTaken ? 'cpu' : backend, found, pause);
     if (this.#isDisposed) this.#free();
     const facts = JSON.parse(this.#engine.facts());
     if (facts.adapter) {
       Object.assign(facts.adapter, adapter);
       this.#adapterName = facts.adapter.name;
     }
-    return { ...facts, fallback: this.#notTaken ?? facts.fallback, version: version() };
+    return { ...facts, fallback: this.#notTaken ?? facts.fallback, version: this.#glue.version() };
   }
 
   /**
@@ -86,7 +114,7 @@ export class Core {
    * @param {Listener} progress
    */
   async run(operation, call, args, progress) {
-    const stop = new WebSwitch();
+    const stop = new this.#glue.WebSwitch();
     const state = { stop, cancelled: false };
     this.#switches.set(call, state);
     try {
@@ -133,7 +161,9 @@ export class Core {
    */
   async read({ file, source }, progress, state) {
     const surface =
-      source instanceof Float32Array ? WebSurface.fromCorners(file, source) : await readSurface(file, source, progress, state);
+      source instanceof Float32Array
+        ? this.#glue.WebSurface.fromCorners(file, source)
+        : await readSurface(this.#glue, file, source, progress, state);
     await inSteps(surface.measure(), state).catch((error) => {
       surface.free();
       throw error;
@@ -169,7 +199,7 @@ export class Core {
 
   /** @param {JobArguments} args @param {State} state */
   #job({ json, surfaces }, state) {
-    const job = new WebJob(json, state.stop);
+    const job = new this.#glue.WebJob(json, state.stop);
     for (const id of surfaces) job.add(this.#surfaces.get(id));
     return job;
   }
@@ -263,7 +293,7 @@ export class Core {
   /** @param {{ source: Blob | Uint8Array }} args */
   async openColumns({ source }) {
     const file = await columnFile(source);
-    return this.#describe(WebMesh.open(file, file.size));
+    return this.#describe(this.#glue.WebMesh.open(file, file.size));
   }
 
   /** @param {WebMesh} mesh */
@@ -288,7 +318,7 @@ export class Core {
 
   /** WGSL of the kernel that makes flags of runs. @param {object} _args none */
   expandText(_args) {
-    return expandText();
+    return this.#glue.expandText();
   }
 
   /** @param {{ mesh: number, maxBytes: number }} args */
@@ -319,7 +349,7 @@ export class Core {
 
   /** A picture. @param {{ mesh: number, asked: import('./pictures.js').Asked }} args @param {Listener} _progress @param {State} state */
   draw({ mesh, asked }, _progress, state) {
-    return pictureIn(this.#meshes.get(mesh), asked, state);
+    return pictureIn(this.#glue, this.#meshes.get(mesh), asked, state);
   }
 
   /** @param {{ mesh: number, other: number, maxBytes: number }} args @param {Listener} _progress @param {State} state */
@@ -385,11 +415,11 @@ export class Core {
 /**
  * Loads the wasm. A server may give a page in its place, which no wasm is.
  *
- * @param {any} wasm its address, bytes or module
+ * @param {Glue} glue @param {any} wasm its address, bytes or module
  */
-async function load(wasm) {
+async function load(glue, wasm) {
   try {
-    await init({ module_or_path: wasm });
+    return await glue.default({ module_or_path: wasm });
   } catch (cause) {
     const [from, why] = [typeof wasm === 'string' ? ` from ${wasm}` : '', cause instanceof Error ? cause.message : String(cause)];
     throw new HexcastError('device-failed', `the wasm of hexcast cannot be loaded${from}: ${why}`, { hint: NOT_FOUND, cause });

@@ -1,5 +1,4 @@
 /** What is drawn of a mesh, out of the wasm: arrays that belong to the caller; and what differs between two. */
-import { WebLook } from '../hexcast_wasm.js';
 import { inSteps } from './steps.js';
 
 /**
@@ -43,13 +42,14 @@ export function skinOf(mesh, maxQuads) {
 /**
  * Draws a picture in steps: slices, or a view.
  *
+ * @param {import('./threads.js').Glue} glue
  * @param {import('../hexcast_wasm.js').WebMesh} mesh
  * @param {Asked} asked
  * @param {import('../protocol/call.js').State} state
  * @returns {Promise<Uint8Array<ArrayBuffer>>} the file, PNG
  */
-export function pictureIn(mesh, { look, slices, view }, state) {
-  const how = new WebLook(look.size, look.flags, look.colours, look.maxBytes);
+export function pictureIn(glue, mesh, { look, slices, view }, state) {
+  const how = new glue.WebLook(look.size, look.flags, look.colours, look.maxBytes);
   const work = slices
     ? mesh.drawSlices(slices.axes, slices.places, slices.hasLines, how)
     : mesh.drawView(view?.direction, view?.cells, how);

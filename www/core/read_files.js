@@ -1,21 +1,21 @@
 /** Files into the wasm in slices: a Blob is never read as a whole. */
 import { cancelled, pause } from '../protocol/call.js';
-import { WebReader } from '../hexcast_wasm.js';
 
 const SLICE_BYTES = 4 << 20;
 
 /**
  * Reads a surface.
  *
+ * @param {import('./threads.js').Glue} glue
  * @param {string} file its name
  * @param {Blob | Uint8Array} source
  * @param {import('../protocol/call.js').Listener} progress
  * @param {import('../protocol/call.js').State} state
  */
-export async function readSurface(file, source, progress, state) {
+export async function readSurface(glue, file, source, progress, state) {
   const isBlob = source instanceof Blob;
   const total = isBlob ? source.size : source.byteLength;
-  const reader = new WebReader(file, total);
+  const reader = new glue.WebReader(file, total);
   // of a Blob the next slice comes while one is read
   const slice = (/** @type {number} */ at) => (isBlob ? source.slice(at, at + SLICE_BYTES).arrayBuffer() : null);
   let next = slice(0);

@@ -1,4 +1,7 @@
-/** The service worker: keeps the files of the page and answers with them where there is no network. */
+/**
+ * The service worker: keeps the files of the page and answers with them where there is no network. It also isolates the page from other
+ * origins, so that the mesher has threads, whatever host the page is on: from the second visit on, as the first comes without it.
+ */
 const worker = /** @type {ServiceWorkerGlobalScope} */ (/** @type {unknown} */ (self));
 
 /** All files of the page: the build replaces this list. */
@@ -6,7 +9,8 @@ const FILES = ['./'];
 const CACHE = 'hexcast';
 
 worker.addEventListener('install', (event) => event.waitUntil(keep().then(() => worker.skipWaiting())));
-worker.addEventListener('activate', (event) => event.waitUntil(removeOthers().then(() => worker.clients.claim())));
+// it answers the next page, not those that are open: in Firefox an isolated page fails to load what it asks for meanwhile
+worker.addEventListener('activate', (event) => event.waitUntil(removeOthers()));
 worker.addEventListener('fetch', (event) => {
   const { request } = event;
   if (request.method !== 'GET' || new URL(request.url).origin !== location.origin) return;
@@ -30,10 +34,19 @@ async function removeOthers() {
 /** @param {Request} request */
 async function answer(request) {
   try {
-    return await fetch(request);
+    return isolated(request, await fetch(request));
   } catch (error) {
     const kept = await caches.match(request, { ignoreSearch: true });
-    if (kept) return kept;
+    if (kept) return isolated(request, kept);
     throw error;
   }
+}
+
+/** A page or a worker with the headers that let it share memory; any other file as it is. @param {Request} request @param {Response} response */
+function isolated({ destination }, response) {
+  if (!response.ok || !['document', 'worker'].includes(destination)) return response;
+  const headers = new Headers(response.headers);
+  headers.set('Cross-Origin-Opener-Policy', 'same-origin');
+  headers.set('Cross-Origin-Embedder-Policy', 'require-corp');
+  return new Response(response.body, { status: response.status, statusText: response.statusText, headers });
 }

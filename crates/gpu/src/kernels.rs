@@ -7,6 +7,9 @@ use std::sync::{Arc, OnceLock};
 
 use wgpu::{ComputePipeline, Device, ShaderModuleDescriptor, ShaderSource};
 
+#[cfg(target_arch = "wasm32")]
+use hexcast_core::base::parallel::single::*;
+#[cfg(not(target_arch = "wasm32"))]
 use hexcast_core::base::parallel::*;
 
 /// The text of a file in `shaders/`, stripped.

@@ -130,7 +130,7 @@ impl BandFacets {
         let Cast { frame, rays, .. } = *cast;
         let ends = [0..rays.counts[0], rows.clone()];
         let choose = |index| choose(index, (frame, rays), &ends);
-        let chosen: Vec<Chosen> = (0..frame.facets.len()).into_par_iter().filter_map(choose).collect();
+        let chosen: Vec<Chosen> = on_all_cores(|| (0..frame.facets.len()).into_par_iter().filter_map(choose).collect());
         let most = most_crossings(&chosen, &ends);
         let n_box_bins = chosen.iter().map(|facet| u64::from(facet.n_bins)).sum();
         let n_crossings = chosen.iter().map(|facet| f64::from(facet.n_rays)).sum::<f64>() as u64;
@@ -188,7 +188,7 @@ impl BandFacets {
     pub(crate) fn pack(&self, cast: &Cast, range: Range<usize>) -> (Vec<i32>, Vec<u32>) {
         let chosen = &self.chosen[range];
         let mut words = vec![0; chosen.len() * FACET_WORDS];
-        words.par_chunks_mut(FACET_WORDS).zip(chosen).for_each(|(words, &Chosen { index, .. })| {
+        let of_facet = |(words, &Chosen { index, .. }): (&mut [i32], &Chosen)| {
             let corners = cast.frame.facets[index as usize].map(|corner| cast.rays.project(corner));
             for axis in 0..3 {
                 words[4 * axis..4 * axis + 3].copy_from_slice(&corners.map(|corner| corner[axis]));
@@ -196,7 +196,8 @@ impl BandFacets {
             words[3] = i32::from(cast.frame.rank_of_facet(index as usize));
             let lowest = lowest_cell(cast, index);
             words[7] = self.boundaries.partition_point(|&cell| cell <= lowest) as i32;
-        });
+        };
+        on_all_cores(|| words.par_chunks_mut(FACET_WORDS).zip(chosen).for_each(of_facet));
         let mut offsets = Vec::with_capacity(chosen.len() + 1);
         let mut before = 0;
         for facet in chosen {

@@ -64,7 +64,9 @@ impl Blocks {
         let remainder = whole.remainder();
         let full = self.pending.len() == self.size;
         let blocks: Vec<&[u8]> = full.then_some(self.pending.as_slice()).into_iter().chain(whole).collect();
-        let done = blocks.into_par_iter().map(|block| compress(block, self.level)).collect::<Result<_>>()?;
+        let level = self.level;
+        let done: Result<_> = on_all_cores(|| blocks.into_par_iter().map(|block| compress(block, level)).collect());
+        let done = done?;
         if full {
             self.pending.clear();
         }

@@ -67,7 +67,8 @@ impl Closed {
             control.rest().await?;
             let groups: Vec<usize> = (first..first + at_once).step_by(in_group).collect();
             let of_group = |first| has_twice(chunks, &(first..first + in_group));
-            is_proper = !groups.into_par_iter().map(of_group).collect::<Vec<bool>>().contains(&true);
+            let has_twice: Vec<bool> = on_all_cores(|| groups.into_par_iter().map(of_group).collect());
+            is_proper = !has_twice.contains(&true);
         }
         Ok(Closed { parity, nonzero, is_proper })
     }

@@ -212,7 +212,7 @@ impl<'a> Check<'a> {
             let share = 0.4 * self.chunks.len() as f64 / self.n_chunks() as f64;
             self.begin(share, self.bytes_of_pool() + of_next).await?;
             let make = |facets: &[Facet]| (self.pool.with(|scratch| Chunk::new(facets, scratch)), areas(facets));
-            let made: Vec<(Chunk, Vec<(f64, u64)>)> = facets.par_chunks(FACETS).map(make).collect();
+            let made: Vec<(Chunk, Vec<(f64, u64)>)> = on_all_cores(|| facets.par_chunks(FACETS).map(make).collect());
             for (chunk, areas) in made {
                 self.bytes_of_chunks += chunk.bytes();
                 self.chunks.push(chunk);
@@ -266,7 +266,8 @@ impl<'a> Check<'a> {
                 chunk.number(facets, first_numbers.as_deref());
                 self.pool.with(|scratch| chunk.own_edges(facets, scratch))
             };
-            let found: Vec<chunk::OwnEdges> = next.par_iter_mut().zip(facets.par_chunks(FACETS)).map(look).collect();
+            let pairs = next.par_iter_mut().zip(facets.par_chunks(FACETS));
+            let found: Vec<chunk::OwnEdges> = on_all_cores(|| pairs.map(look).collect());
             self.bytes_of_chunks += next.iter().map(Chunk::bytes).sum::<u64>();
             self.bytes_of_chunks -= bytes_before;
             for own in found {

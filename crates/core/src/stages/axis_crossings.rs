@@ -73,7 +73,8 @@ impl Collected {
     /// Adds the crossings of more rays, for a mesh whose rays are `main`; `is_counted` as in [`AxisCasts`].
     pub fn add(&mut self, more: Vec<Crossings>, rays: &Rays, main: &Rays, is_counted: bool) {
         let of_band = |crossings: Crossings| words(&crossings, rays, main, is_counted);
-        for found in more.into_par_iter().map(of_band).collect::<Vec<AxisCrossings>>() {
+        let found: Vec<AxisCrossings> = on_all_cores(|| more.into_par_iter().map(of_band).collect());
+        for found in found {
             self.parts.push(found.words);
             self.n_odd += found.n_odd;
             found.uncounted.into_iter().for_each(|(plane, n)| *self.uncounted.entry(plane).or_insert(0) += n);

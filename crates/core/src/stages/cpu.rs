@@ -26,7 +26,7 @@ const RAYS_PER_STRIP: [u64; 2] = [16_384, 65_536];
 const STRIPS: u64 = 256;
 /// Strips of a round, after which progress is reported and cancel is checked: enough to keep all cores busy, and on the one
 /// core of a browser's worker few enough to stop within a fraction of a second.
-pub const STRIPS_PER_ROUND: u32 = if cfg!(target_arch = "wasm32") { 4 } else { 64 };
+pub const STRIPS_PER_ROUND: u32 = if HAS_THREADS { 64 } else { 4 };
 
 /// Meshes the box on the CPU.
 ///
@@ -105,7 +105,8 @@ fn over_group<T: Send>(
         }
         pairs
     };
-    let pairs: Vec<Vec<(usize, u32)>> = frame.facets.par_chunks(CHUNK).enumerate().map(pairs_of_chunk).collect();
+    let pairs: Vec<Vec<(usize, u32)>> =
+        on_all_cores(|| frame.facets.par_chunks(CHUNK).enumerate().map(pairs_of_chunk).collect());
     let mut facets = vec![Vec::new(); windows.len()];
     for &(window, facet) in pairs.iter().flatten() {
         facets[window].push(facet);
@@ -165,13 +166,14 @@ impl<'a> Strips<'a> {
     pub fn round(&mut self, control: &Control) -> Result<Option<Vec<Band>>> {
         let Some((strips, skipped)) = self.next_strips(control)? else { return Ok(None) };
         let (Cast { frame, rays, .. }, mapping) = (self.cast, mapping(&self.cast));
-        let bands = map_within(strips.clone(), |scratch, strip| {
+        let of_strip = |scratch: &mut _, strip| {
             if strip == strips.start && skipped > 0 {
                 map(&crossings(frame, rays, &self.lattice, strip, false).without_first(skipped), &mapping)
             } else {
                 slots::band((frame, rays), &self.lattice, strip, &mapping, scratch)
             }
-        });
+        };
+        let bands = on_all_cores(|| map_within(strips.clone(), of_strip));
         let (n_rays, n_strips) = (rays.n_rays(), self.lattice.rows.end);
         control.advance(u64::from(self.next) * n_rays / u64::from(n_strips), n_rays);
         Ok(Some(bands))
@@ -187,7 +189,7 @@ impl<'a> Strips<'a> {
             let crossings = crossings(self.cast.frame, self.cast.rays, &self.lattice, strip, with_facets);
             crossings.without_first(if strip == strips.start { skipped } else { 0 })
         };
-        Ok(Some(strips.clone().into_par_iter().map(of_strip).collect()))
+        Ok(Some(on_all_cores(|| strips.clone().into_par_iter().map(of_strip).collect())))
     }
 
     /// The next strips, and how many rays of the first to leave out; none once all are done.

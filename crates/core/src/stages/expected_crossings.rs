@@ -81,7 +81,7 @@ impl Sums {
             }
             sums
         };
-        let blocks: Vec<Sums> = facets.par_chunks(SUMMED_AT_ONCE).map(of_block).collect();
+        let blocks: Vec<Sums> = on_all_cores(|| facets.par_chunks(SUMMED_AT_ONCE).map(of_block).collect());
         blocks.iter().for_each(|block| self.add(block));
     }
 

@@ -60,7 +60,8 @@ pub fn lattice(frame: &Frame, rays: &Rays, bin: [u32; 2], rows: Range<u32>) -> L
         }
         pairs
     };
-    let chunks: Vec<Vec<(u32, u32)>> = frame.facets.par_chunks(CHUNK).enumerate().map(pairs_of_chunk).collect();
+    let chunks: Vec<Vec<(u32, u32)>> =
+        on_all_cores(|| frame.facets.par_chunks(CHUNK).enumerate().map(pairs_of_chunk).collect());
     let mut offsets = vec![0u32; n_bins + 1];
     for (bin, _) in chunks.iter().flatten() {
         offsets[*bin as usize + 1] += 1;

@@ -174,9 +174,9 @@ fn append(
     (frame, rays): (&Frame, Option<&Rays>),
 ) -> Vec<OfChunk> {
     let start = all.len();
-    extend_with(all, facets, snap);
+    on_all_cores(|| extend_with(all, facets, snap));
     let of_chunk = |facets: &[SnappedFacet]| OfChunk::new(facets, frame, rays);
-    let chunks: Vec<OfChunk> = all[start..].par_chunks(CHUNK).map(of_chunk).collect();
+    let chunks: Vec<OfChunk> = on_all_cores(|| all[start..].par_chunks(CHUNK).map(of_chunk).collect());
     let mut end = start;
     for (chunk, first) in chunks.iter().zip((start..).step_by(CHUNK)) {
         for staying in &chunk.staying {

@@ -2,53 +2,56 @@
 
 use super::format::Format;
 
-/// Makes [`Exporter`] of a row for each format: its variant, its file, and what it is.
-macro_rules! exporters {
-    ($($(#[doc = $about:literal])+ $variant:ident = $file:ident;)+) => {
+/// Makes an enumeration whose variants are formats, each with its file, and lists it.
+macro_rules! formats {
+    ($(#[$head:meta])* pub enum $name:ident { $($(#[$about:meta])* $variant:ident = $file:ident,)+ }) => {
         $(pub(super) mod $file;)+
 
-        /// A program, or a format, that a mesh is written for.
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-        #[non_exhaustive]
-        pub enum Exporter {
-            $($(#[doc = $about])+ $variant,)+
+        $(#[$head])*
+        pub enum $name {
+            $($(#[$about])* $variant,)+
         }
 
-        impl Exporter {
+        impl $name {
             /// Every exporter, in the order of the documentation.
-            pub const ALL: [Exporter; [$(Exporter::$variant),+].len()] = [$(Exporter::$variant),+];
+            pub const ALL: [$name; [$($name::$variant),+].len()] = [$($name::$variant),+];
 
             /// What each exporter is.
             pub(super) const fn format(self) -> &'static Format {
                 match self {
-                    $(Exporter::$variant => &$file::FORMAT,)+
+                    $($name::$variant => &$file::FORMAT,)+
                 }
             }
         }
     };
 }
 
-exporters! {
-    /// OpenFOAM: a `polyMesh`.
-    Foam = foam;
-    /// Abaqus and CalculiX: nodes, elements, sets and surfaces.
-    Abaqus = abaqus;
-    /// Gmsh: MSH 4.1.
-    Gmsh = gmsh;
-    /// XDMF and HDF5: hexahedra, for ParaView, meshio and dolfinx.
-    Xdmf = xdmf;
-    /// openEMS: lines, materials and boxes in the XML of CSXCAD.
-    Csx = csx;
-    /// gprMax 4: an array of materials in HDF5, with a list of them.
-    Gprmax = gprmax;
-    /// OpenMC: a lattice in `geometry.xml`.
-    Openmc = openmc;
-    /// Nearly raw raster data: the flags of equal cells as an image of three dimensions.
-    Nrrd = nrrd;
-    /// MagicaVoxel: coloured cubes.
-    Vox = vox;
-    /// binvox: a cube of bits.
-    Binvox = binvox;
+formats! {
+    /// A program, or a format, that a mesh is written for.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    #[non_exhaustive]
+    pub enum Exporter {
+        /// OpenFOAM: a `polyMesh`.
+        Foam = foam,
+        /// Abaqus and CalculiX: nodes, elements, sets and surfaces.
+        Abaqus = abaqus,
+        /// Gmsh: MSH 4.1.
+        Gmsh = gmsh,
+        /// XDMF and HDF5: hexahedra, for ParaView, meshio and dolfinx.
+        Xdmf = xdmf,
+        /// openEMS: lines, materials and boxes in the XML of CSXCAD.
+        Csx = csx,
+        /// gprMax 4: an array of materials in HDF5, with a list of them.
+        Gprmax = gprmax,
+        /// OpenMC: a lattice in `geometry.xml`.
+        Openmc = openmc,
+        /// Nearly raw raster data: the flags of equal cells as an image of three dimensions.
+        Nrrd = nrrd,
+        /// MagicaVoxel: coloured cubes.
+        Vox = vox,
+        /// binvox: a cube of bits.
+        Binvox = binvox,
+    }
 }
 
 /// How many endings there are.

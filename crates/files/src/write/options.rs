@@ -95,9 +95,7 @@ impl Format {
             ),
             Format::Vti => ("vti", "VTK image data, for ParaView (zlib unless --compress=none)"),
             Format::Vtr => ("vtr", "VTK rectilinear grid: like .vti, with all lines, for cells that differ in size"),
-            Format::Columns => {
-                ("hxc", "columns, by far the smallest; `hexcast convert` makes any other from it")
-            }
+            Format::Columns => ("hxc", "columns, by far the smallest; `hexcast convert` makes any other from it"),
             Format::Zarr => (
                 "zarr",
                 "Zarr v3, a folder or s3://BUCKET/NAME.zarr: flag (z, y, x) in shards, and the centres x, y, z; for \

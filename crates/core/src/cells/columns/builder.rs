@@ -141,7 +141,7 @@ impl ColumnsBuilder {
     pub fn push(&mut self, bands: Vec<Band>) -> Result<()> {
         let unpacked_bytes: u64 = bands.iter().map(|band| 4 * (band.ends.len() + band.runs.len()) as u64).sum();
         self.peak_bytes = self.peak_bytes.max(self.bands_bytes + unpacked_bytes);
-        let bands: Vec<PackedBand> = bands.into_par_iter().map(PackedBand::new).collect();
+        let bands: Vec<PackedBand> = on_all_cores(|| bands.into_par_iter().map(PackedBand::new).collect());
         let first = bands.first().map_or(self.n_rays, |band| band.first_ray);
         assert_eq!(first, self.n_rays, "bands must follow each other");
         if let Some(file) = self.file.as_mut().filter(|file| file.is_resumable || self.is_spilled) {

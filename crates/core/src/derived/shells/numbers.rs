@@ -57,7 +57,8 @@ impl Numbers {
             let first = roots.len();
             let of_task =
                 |(task, facets): (usize, &[Facet])| joined(facets, (first + task * FACETS_OF_TASK) as u32, is_proper);
-            let tasks: Vec<(Vec<u32>, Vec<Edge>)> = some.par_chunks(FACETS_OF_TASK).enumerate().map(of_task).collect();
+            let tasks: Vec<(Vec<u32>, Vec<Edge>)> =
+                on_all_cores(|| some.par_chunks(FACETS_OF_TASK).enumerate().map(of_task).collect());
             for (of_task, handed_on) in tasks {
                 roots.extend(of_task);
                 edges.extend(handed_on);
@@ -75,7 +76,7 @@ impl Numbers {
     fn of_joined(facets: &[Facet], roots: Vec<u32>, edges: Vec<Edge>) -> Numbers {
         let mut groups = Groups::of_roots(roots);
         let portions = portions(edges);
-        let pairs: Vec<Vec<[u32; 2]>> = portions.par_iter().map(|portion| pairs(portion)).collect();
+        let pairs: Vec<Vec<[u32; 2]>> = on_all_cores(|| portions.par_iter().map(|portion| pairs(portion)).collect());
         pairs.into_iter().flatten().for_each(|[one, other]| groups.join(one, other));
         let mut of_facet = vec![NONE; facets.len()];
         let mut first_facets = Vec::new();

@@ -18,7 +18,7 @@ pub type Facet = [[f32; 3]; 3];
 /// Returns an error if a coordinate is NaN or infinite; `name` is that of the surface.
 fn check_finite(name: &str, facets: &[Facet]) -> Result<()> {
     let is_sound = |facet: &Facet| facet.as_flattened().iter().all(|number| number.is_finite());
-    if facets.par_iter().all(is_sound) {
+    if on_all_cores(|| facets.par_iter().all(is_sound)) {
         return Ok(());
     }
     let numbers = facets.as_flattened().as_flattened();

@@ -53,7 +53,7 @@ impl Measures {
             let of_blocks = some.par_chunks(BLOCK).map(|block| {
                 block.as_flattened().iter().fold(NO_ENDS, |ends, corner| joined(ends, [place(*corner); 2]))
             });
-            ends = of_blocks.collect::<Vec<_>>().into_iter().fold(ends, joined);
+            ends = on_all_cores(|| of_blocks.collect::<Vec<_>>()).into_iter().fold(ends, joined);
             pace.done(some.len()).await?;
         }
         let [low, high] = ends;
@@ -65,7 +65,7 @@ impl Measures {
                 block.iter().map(|[a, b, c]| corner(*a).dot(corner(*b).cross(corner(*c)))).collect::<Vec<f64>>()
             });
             // one after the other, so that the number of threads does not change the last bits
-            for volume in volumes.collect::<Vec<_>>().into_iter().flatten() {
+            for volume in on_all_cores(|| volumes.collect::<Vec<_>>()).into_iter().flatten() {
                 six_volumes += volume;
             }
             pace.done(some.len()).await?;

@@ -99,7 +99,7 @@ impl Parser {
     fn records(&mut self, records: &[[u8; RECORD]]) -> Result<()> {
         let n_wanted = (self.n_facets - self.facets.len()).min(records.len());
         let (wanted, extra) = records.split_at(n_wanted);
-        let looked_at: Vec<Block> = wanted.par_chunks(BLOCK).map(Block::new).collect();
+        let looked_at: Vec<Block> = on_all_cores(|| wanted.par_chunks(BLOCK).map(Block::new).collect());
         for (index, block) in looked_at.iter().enumerate() {
             if let Some((place, facet)) = &block.not_finite {
                 return Err(not_finite(facet, self.facets.len() + index * BLOCK + place, self.n_facets));
@@ -107,7 +107,7 @@ impl Parser {
             self.tally.add(&block.tally);
             self.has_colours |= block.has_colours;
         }
-        self.facets.par_extend(wanted.par_iter().map(|record| facet_of(record).1))?;
+        on_all_cores(|| self.facets.par_extend(wanted.par_iter().map(|record| facet_of(record).1)))?;
         self.n_extra += extra.len() as u64;
         self.extra_are_facets &= extra.iter().all(|record| is_plausible(&facet_of(record).1));
         Ok(())

@@ -30,7 +30,7 @@ pub(super) fn number_parts(chunks: &mut [Chunk], parts: Range<usize>) -> Vec<usi
     for chunk in chunks {
         of_parts.iter_mut().zip(chunk.of_parts(parts.clone())).for_each(|(part, vertices)| part.push(vertices));
     }
-    of_parts.into_par_iter().map(number_part).collect()
+    on_all_cores(|| of_parts.into_par_iter().map(number_part).collect())
 }
 
 fn number_part(mut of_chunks: Vec<&mut [Vertex]>) -> usize {
@@ -93,10 +93,10 @@ fn class_of(low: usize, high: usize, n_classes: usize) -> usize {
 pub(super) fn uses_of_class(chunks: &[Chunk], class: usize, n_classes: usize) -> Vec<Use> {
     let is_wanted = |low: usize, high: usize| class_of(low, high, n_classes) == class;
     let of_chunk = |(index, chunk): (usize, &Chunk)| chunk.shared_uses(index * FACETS, is_wanted);
-    let of_chunks: Vec<Vec<Use>> = chunks.par_iter().enumerate().map(of_chunk).collect();
+    let of_chunks: Vec<Vec<Use>> = on_all_cores(|| chunks.par_iter().enumerate().map(of_chunk).collect());
     let mut uses = of_chunks.concat();
     drop(of_chunks);
-    uses.par_sort_unstable();
+    on_all_cores(|| uses.par_sort_unstable());
     uses
 }
 
