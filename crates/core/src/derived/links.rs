@@ -27,8 +27,10 @@ use crate::input::job::Stencil;
 
 mod field;
 mod find;
+mod order;
 mod periodic;
 mod sheared;
+mod strip;
 mod undecided;
 mod walk;
 

@@ -18,7 +18,7 @@ use std::ops::Range;
 use crate::base::sort::sort;
 use crate::grid::frame::Frame;
 use crate::grid::rays::Rays;
-use crate::stages::crossings::rows::{List, Rows};
+use crate::stages::crossings::rows::{Height, List, Rows};
 use crate::stages::facet::Projected;
 use crate::stages::lattice::Lattice;
 
@@ -253,7 +253,7 @@ impl<'a> RowCaster<'a> {
                 rest -= if carry { area } else { 0 };
                 below
             };
-            let place = |(cell, rest): (i64, i64)| (cell as f64 + rest as f64 / area as f64) * unit;
+            let height = |(below, rest): (i64, i64), is_at_centre| Height { below, rest, area, unit, is_at_centre };
             // at the row's ends, where the facet is highest and lowest, or past them
             let ends = [cell, cell + (end - start) * step.0, cell + (end - start) * (step.0 + 1)];
             if !tie_is_above && ends.into_iter().all(|cell| 0 <= cell && cell < depth) {
@@ -262,7 +262,7 @@ impl<'a> RowCaster<'a> {
                     hit_rays,
                     (start..end).map(|_| {
                         let below = next();
-                        (below.0 as u32 + 1, place(below))
+                        (below.0 as u32 + 1, height(below, false))
                     }),
                 );
             } else {
@@ -271,8 +271,9 @@ impl<'a> RowCaster<'a> {
                     hit_rays,
                     (start..end).map(|_| {
                         let below = next();
-                        let above = below.0 + i64::from(!(below.1 == 0 && tie_is_above));
-                        (above.clamp(0, depth) as u32, place(below))
+                        let is_at_centre = below.1 == 0 && tie_is_above;
+                        let above = below.0 + i64::from(!is_at_centre);
+                        (above.clamp(0, depth) as u32, height(below, is_at_centre))
                     }),
                 );
             }

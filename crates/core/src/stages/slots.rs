@@ -12,7 +12,7 @@ use std::ops::Range;
 use crate::cells::columns::{Band, run};
 use crate::grid::frame::Frame;
 use crate::grid::rays::Rays;
-use crate::stages::crossings::rows::Rows;
+use crate::stages::crossings::rows::{Height, Rows};
 use crate::stages::crossings::{by_ray, event, hits};
 use crate::stages::facet::Projected;
 use crate::stages::lattice::Lattice;
@@ -140,7 +140,7 @@ struct Slots<K> {
 
 impl<K: Key> Rows for Slots<K> {
     #[inline(always)]
-    fn row(&mut self, j: u32, across: Range<u32>, hits: impl Iterator<Item = (u32, f64)>) {
+    fn row(&mut self, j: u32, across: Range<u32>, hits: impl Iterator<Item = (u32, Height)>) {
         let start = ((j - self.first) * self.n_across + across.start) as usize;
         let rays = start..start + across.len();
         let (tag, stride, slots) = (self.tag, self.stride, &mut self.slots[..]);
@@ -508,7 +508,7 @@ mod tests {
                 let Some(&[cell, rank, direction]) = crossings.get(turn) else { continue };
                 slots.tag = event(0, rank as u8, direction == 1);
                 let (i, j) = ((ray % n_across) as u32, 5 + (ray / n_across) as u32);
-                slots.row(j, i..i + 1, std::iter::once((cell, 0.0)));
+                slots.row(j, i..i + 1, std::iter::once((cell, Height::default())));
             }
         }
         slots.map(&rows, &mut runs, mapper)

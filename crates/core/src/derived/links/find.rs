@@ -1,6 +1,7 @@
 //! All links of a box: a cast for each pair of directions, then in order.
 
 use super::field::{Field, place};
+use super::order::{ByPlane, in_order};
 use super::sheared::Sheared;
 use super::walk::Walk;
 use super::{Link, Links};
@@ -9,8 +10,8 @@ use crate::base::error::{Error, Result};
 use crate::base::parallel::*;
 use crate::base::sort::sort_nearly_by_key;
 use crate::input::job::{LinksJob, Stencil};
-use crate::stages::cpu::Strips;
-use crate::stages::crossings::by_ray;
+use crate::stages::cpu::{STRIPS_PER_ROUND, rows_of_strip};
+use crate::stages::lattice::{Lattice, lattice};
 
 impl Field<'_> {
     /// Finds all links of a stencil that begin in the window.
@@ -26,37 +27,42 @@ impl Field<'_> {
         let mut is_fluid = [false; 256];
         job.fluid.iter().for_each(|&flag| is_fluid[usize::from(flag)] = true);
         let near = self.window.with_neighbours(self.frame.dims);
-        let (mut parts, mut n) = (Vec::new(), 0);
-        for (pair, halves) in job.stencil.directions()[1..].chunks_exact(2).enumerate() {
+        let directions = job.stencil.directions();
+        // of each direction
+        let mut parts: Vec<Vec<ByPlane>> = directions.iter().map(|_| Vec::new()).collect();
+        let mut n = 0;
+        for (pair, halves) in directions[1..].chunks_exact(2).enumerate() {
             let sheared = Sheared::new(self.frame, halves[0], near);
             let (forward, backward) = (2 * pair as u8 + 1, 2 * pair as u8 + 2);
             let directions = if sheared.is_backward { [backward, forward] } else { [forward, backward] };
             let walk = Walk { field: self, sheared: &sheared, is_fluid: &is_fluid, directions };
-            let mut strips = Strips::new(&sheared.cast(self.rule), None);
-            while let Some(crossings) = strips.crossings(true, control)? {
-                let found: Result<Vec<ByPlane>> =
-                    crossings.par_iter().map(|some| Ok(ByPlane::new(&walk.links(some)?))).collect();
-                let found = found?;
-                n += found.iter().map(|part| part.links.len()).sum::<usize>();
+            let rays = &sheared.rays;
+            let bin = [rays.counts[0], rows_of_strip(rays)];
+            let n_strips = Lattice::n_rows(rays, bin);
+            let (lattice, starts) = (lattice(&sheared.frame, rays, bin, 0..n_strips), walk.starts());
+            for first in (0..n_strips).step_by(STRIPS_PER_ROUND as usize) {
+                control.check()?;
+                let strips = first..(first + STRIPS_PER_ROUND).min(n_strips);
+                let found: Result<Vec<[ByPlane; 2]>> =
+                    map_within(strips, |memory, strip| walk.links(&lattice, strip, &starts, memory))
+                        .into_iter()
+                        .collect();
+                for both in found? {
+                    for (part, direction) in both.into_iter().zip(directions) {
+                        n += part.links.len();
+                        parts[usize::from(direction)].push(part);
+                    }
+                }
                 check_bytes(n, max_bytes)?;
-                parts.extend(found);
                 control.rest().await?;
             }
         }
         let dims = self.window.dims();
-        let mut planes: Vec<Vec<Link>> = (0..dims[2])
-            .into_par_iter()
-            .map(|z| {
-                let of_plane: Vec<&[Link]> = parts.iter().map(|part| part.of_plane(z)).collect();
-                let mut links = of_plane.concat();
-                // those of a part are in order already, or nearly
-                sort_nearly_by_key(&mut links, |link| place(link.cell, link.direction, dims));
-                links
-            })
-            .collect();
+        let mut planes: Vec<Vec<Link>> =
+            map_within(0..dims[2], |memory, z| in_order(parts.iter().flatten(), z, dims, memory));
         drop(parts);
         if !self.is_plain {
-            let without = self.links_without_crossing(&planes, &job.stencil.directions(), &is_fluid, control)?;
+            let without = self.links_without_crossing(&planes, &directions, &is_fluid, control)?;
             check_bytes(n + without.iter().map(Vec::len).sum::<usize>(), max_bytes)?;
             for (links, more) in planes.iter_mut().skip(self.window.halo as usize).zip(without) {
                 links.extend(more);
@@ -75,33 +81,6 @@ impl Field<'_> {
                 .for_each(|links| sort_nearly_by_key(links, |link| place(link.cell, link.direction, dims)));
         }
         Ok(Links { stencil: job.stencil, fluid: job.fluid.clone(), dims, origin: self.window.origin(), planes })
-    }
-}
-
-/// Links of some rays, plane after plane.
-struct ByPlane {
-    /// The first plane that has any.
-    first: u32,
-    /// First entry of `links` of each plane from there on, then the end.
-    offsets: Vec<u32>,
-    links: Vec<Link>,
-}
-
-impl ByPlane {
-    fn new(links: &[Link]) -> ByPlane {
-        let ends = || links.iter().map(|link| link.cell[2]);
-        let (first, last) = (ends().min().unwrap_or(0), ends().max().unwrap_or(0));
-        let by_plane: Vec<(u32, Link)> = links.iter().map(|&link| (link.cell[2] - first, link)).collect();
-        let (offsets, links) = by_ray(&by_plane, (last - first) as usize + 1);
-        ByPlane { first, offsets, links }
-    }
-
-    fn of_plane(&self, z: u32) -> &[Link] {
-        let Some(plane) = z.checked_sub(self.first).map(|plane| plane as usize) else { return &[] };
-        match self.offsets.get(plane..plane + 2) {
-            Some(ends) => &self.links[ends[0] as usize..ends[1] as usize],
-            None => &[],
-        }
     }
 }
 

@@ -97,6 +97,29 @@ impl Sheared<'_> {
         Some(cell)
     }
 
+    /// Where a ray begins: the cell of its first place, which may lie beyond the box.
+    pub(super) fn begin(&self, across: [u32; 2]) -> [i64; 3] {
+        let place = self.rays.cell([across[0], across[1], 0]);
+        [0, 1, 2].map(|of| i64::from(place[of]) + self.first[of])
+    }
+
+    /// The two cells of the box between which a place on a ray lies, by where the ray begins and the number of its cells below; None where one is beyond the
+    /// box.
+    #[inline(always)]
+    pub(super) fn cells_beside(&self, begin: [i64; 3], above: u32) -> Option<[[u32; 3]; 2]> {
+        let mut cells = [[0; 3]; 2];
+        for of in 0..3 {
+            let high = begin[of] + self.step[of] * i64::from(above);
+            let low = high - self.step[of];
+            let is_in = |at: i64| (at as u64) < u64::from(self.dims[of]);
+            if !is_in(low) || !is_in(high) {
+                return None;
+            }
+            (cells[0][of], cells[1][of]) = (low as u32, high as u32);
+        }
+        Some(cells)
+    }
+
     /// The index of a facet in the box's own frame.
     pub(super) fn index(&self, facet: u32) -> u32 {
         self.indices.as_ref().map_or(facet, |indices| indices[facet as usize])

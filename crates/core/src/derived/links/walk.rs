@@ -68,13 +68,14 @@ pub(super) struct HalfHit {
 }
 
 /// What a ray meets between the centre of a cell and that of the next.
-struct Between<'w> {
-    across: [u32; 2],
-    above: u32,
-    events: &'w [[u32; 2]],
-    before: &'w Inside,
-    after: &'w Inside,
-    starts: &'w [usize],
+pub(super) struct Between<'w> {
+    pub(super) across: [u32; 2],
+    pub(super) above: u32,
+    /// Crossings, and their facets in the sheared frame.
+    pub(super) events: &'w [[u32; 2]],
+    pub(super) before: &'w Inside,
+    pub(super) after: &'w Inside,
+    pub(super) starts: &'w [usize],
 }
 
 /// One of the two links between two neighbouring cells of a ray.
@@ -87,7 +88,7 @@ struct Ends {
 }
 
 /// What is used again from link to link.
-struct Scratch {
+pub(super) struct Scratch {
     hits: Vec<Hit>,
     inside: Inside,
     /// Facets by the low bits of their index: rays beside each other meet the same.
@@ -97,14 +98,13 @@ struct Scratch {
 /// Facets that are kept: those of some rows of rays.
 const KEPT: usize = 1024;
 
-impl Walk<'_> {
-    /// The links on consecutive rays.
-    pub(super) fn links(&self, crossings: &Crossings) -> Result<Vec<Link>> {
-        let mut links = Vec::new();
-        self.for_each(crossings, |between, scratch| self.links_between(between, scratch, &mut links))?;
-        Ok(links)
+impl Scratch {
+    pub(super) fn new(inside: &Inside) -> Scratch {
+        Scratch { hits: Vec::new(), inside: inside.clone(), projected: vec![None; KEPT] }
     }
+}
 
+impl Walk<'_> {
     /// Calls `visit` with what lies between every two cells of consecutive rays, where a ray meets a surface there.
     fn for_each(
         &self,
@@ -112,12 +112,11 @@ impl Walk<'_> {
         mut visit: impl FnMut(Between<'_>, &mut Scratch) -> Result<()>,
     ) -> Result<()> {
         let mut events = Vec::new();
-        let (frame, kinds) = (self.field.frame, self.field.kinds);
+        let kinds = self.field.kinds;
         let mut inside = Inside::new(kinds, self.field.rule);
         let mut before = inside.clone();
-        let mut scratch = Scratch { hits: Vec::new(), inside: inside.clone(), projected: vec![None; KEPT] };
-        let starts: Vec<usize> =
-            (0..frame.ranks.rank_at.len()).map(|position| frame.range_at(position).start).collect();
+        let mut scratch = Scratch::new(&inside);
+        let starts = self.starts();
         let n_across = u64::from(self.sheared.rays.counts[0]);
         for (ray, ends) in (crossings.first_ray..).zip(crossings.offsets.windows(2)) {
             let of_ray = ends[0] as usize..ends[1] as usize;
@@ -144,12 +143,23 @@ impl Walk<'_> {
         Ok(())
     }
 
-    fn kind(&self, event: u32) -> Kind {
+    /// The first facet of each position in the box's own frame.
+    pub(super) fn starts(&self) -> Vec<usize> {
+        let frame = self.field.frame;
+        (0..frame.ranks.rank_at.len()).map(|position| frame.range_at(position).start).collect()
+    }
+
+    pub(super) fn kind(&self, event: u32) -> Kind {
         self.field.kinds[(event >> 1 & 0xff) as usize]
     }
 
-    /// The links between a cell of a ray and the next.
-    fn links_between(&self, between: Between<'_>, scratch: &mut Scratch, links: &mut Vec<Link>) -> Result<()> {
+    /// The links between a cell of a ray and the next: along the ray, and against it.
+    pub(super) fn links_between(
+        &self,
+        between: Between<'_>,
+        scratch: &mut Scratch,
+        links: &mut [Vec<Link>; 2],
+    ) -> Result<()> {
         let Between { across, above, before, after, starts, .. } = between;
         if above == 0 || above >= self.sheared.rays.depth {
             return Ok(());
@@ -183,7 +193,7 @@ impl Walk<'_> {
             inside.clone_from(start);
             let Some(hit) = self.wall(&ends, inside, hits) else { continue };
             let (facet, geometry) = self.field.facet_of_geometry(self.sheared.index(hit.facet), starts);
-            links.push(Link {
+            links[usize::from(ends.is_backward)].push(Link {
                 cell,
                 q: hit.q(self.span(above), ends.is_backward),
                 facet,

@@ -31,6 +31,7 @@ use crate::grid::volume_bound::BoundSums;
 use crate::input::geometry::{Facet, Geometry};
 use crate::input::job::Rule;
 use crate::stages::crossings::hits;
+use crate::stages::crossings::rows::Height;
 use crate::stages::facet::{Projected, rays_under};
 
 use super::numbers::{Numbers, corner_hash, is_collapsed};
@@ -302,7 +303,7 @@ impl Caster<'_> {
         let Some([[first, last], [top, bottom]]) = rays_under(facet, self.frame, rays) else { return };
         let Some(projected) = Projected::new(facet, self.frame, rays) else { return };
         let window = [first..last + 1, top..bottom + 1];
-        let mut each_hit = |i, j, cell, place| each(projected.exits, [i, j, cell], place);
+        let mut each_hit = |i, j, cell, height: Height| each(projected.exits, [i, j, cell], height.place());
         hits(&projected, (self.frame, rays), &window, &mut each_hit);
     }
 }

@@ -9,7 +9,7 @@
 
 use std::ops::Range;
 
-use super::rows::Rows;
+use super::rows::{Height, Rows};
 use crate::grid::frame::Frame;
 use crate::grid::rays::Rays;
 use crate::stages::facet::Projected;
@@ -35,8 +35,9 @@ pub(super) fn hits(facet: &Projected, (frame, rays): (&Frame, &Rays), window: &[
         let hits = range.clone().map(|i| {
             let (below, rest) = height(facet, [from(0, i), dj]);
             // a centre at the crossing is above it only by the tie rule
-            let above = frame.n_below(rays.axis, below, !(rest == 0 && facet.tie_is_above));
-            (above, f64::from(below) + rest as f64 / facet.area as f64)
+            let is_at_centre = rest == 0 && facet.tie_is_above;
+            let above = frame.n_below(rays.axis, below, !is_at_centre);
+            (above, Height { below: below.into(), rest, area: facet.area, unit: 1.0, is_at_centre })
         });
         rows.row(j, range, hits);
     }

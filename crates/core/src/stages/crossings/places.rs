@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::by_ray;
-use super::rows::List;
+use super::rows::{Height, List};
 use crate::grid::frame::Frame;
 use crate::grid::rays::Rays;
 use crate::stages::facet::Projected;
@@ -29,7 +29,8 @@ pub(crate) fn places(
     for &facet in facets {
         let Some(projected) = Projected::new(&frame.facets[facet as usize], frame, rays) else { continue };
         let event = u64::from(super::event(0, frame.rank_of_facet(facet as usize), projected.exits));
-        let hit = |i, j, _, at| ((j - first) * rays.counts[0] + i, place(at) << EVENT_BITS | event);
+        let hit =
+            |i, j, _, height: Height| ((j - first) * rays.counts[0] + i, place(height.place()) << EVENT_BITS | event);
         super::hits(&projected, (frame, rays), &window, &mut List { hit, hits: &mut hits });
     }
     by_ray(&hits, window[0].len() * window[1].len())
