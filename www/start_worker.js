@@ -36,8 +36,8 @@ function ownWorker() {
 export function startThreadsWorker() {
   const folder = packageFolder(import.meta.url);
   return started(() => {
-    if (folder) return new Worker(new URL('threads_worker.js', folder), { type: 'module' });
-    return new Worker(new URL('./threads_worker.js', import.meta.url), { type: 'module' });
+    if (folder) return new Worker(new URL('threads/threads_worker.js', folder), { type: 'module' });
+    return new Worker(new URL('./threads/threads_worker.js', import.meta.url), { type: 'module' });
   });
 }
 

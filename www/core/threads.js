@@ -1,4 +1,4 @@
-/** Threads of the wasm: workers that share its memory. Each waits in `thread.js` or `node_thread.js` until all are there. */
+/** Threads of the wasm: workers that share its memory. Each waits in `threads/` until all are there. */
 
 /**
  * A worker that was started: it answers once, when it waits.

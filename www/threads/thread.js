@@ -1,5 +1,5 @@
 /** A thread of the wasm in a browser: a worker that the worker of the mesher starts, and which shares its memory. */
-import init, { runThread } from './hexcast_threads.js';
+import init, { runThread } from '../hexcast_threads.js';
 
 addEventListener(
   'message',

@@ -2,7 +2,7 @@
 import { writeSync } from 'node:fs';
 import { parentPort, workerData } from 'node:worker_threads';
 
-import init, { runThread } from './hexcast_threads.js';
+import init, { runThread } from '../hexcast_threads.js';
 
 const { module, memory } = workerData;
 await init({ module_or_path: module, memory });
