@@ -100,6 +100,11 @@ impl Ruler {
         Ruler { lines: None, volume: (volume, 0), area }
     }
 
+    /// Whether a cell is a unit of volume.
+    pub(crate) fn counts_cells(&self) -> bool {
+        self.lines.is_none()
+    }
+
     /// From a line of an axis to another, in units.
     pub(crate) fn length(&self, axis: usize, [from, to]: [u32; 2]) -> u64 {
         match &self.lines {

@@ -247,10 +247,11 @@ impl<'a> RowCaster<'a> {
             let hit_rays = across[0] + start as u32..across[0] + end as u32;
             let mut next = move || {
                 let below = (cell, rest);
-                rest += step.1;
-                let carry = rest >= area;
-                cell += step.0 + i64::from(carry);
-                rest -= if carry { area } else { 0 };
+                // without a branch, which nothing would predict: all bits where there is no carry
+                let over = rest + step.1 - area;
+                let no_carry = over >> 63;
+                cell += step.0 + 1 + no_carry;
+                rest = over + (area & no_carry);
                 below
             };
             let height = |(below, rest): (i64, i64), is_at_centre| Height { below, rest, area, unit, is_at_centre };

@@ -35,8 +35,24 @@ impl Cells {
 
     /// Takes cells of a row.
     pub(super) fn add(&mut self, row: [u32; 2], cells: Range<u32>) {
-        let first = self.row(row);
-        cells.for_each(|x| self.words[first + x as usize / 64] |= 1 << (x % 64));
+        if cells.is_empty() {
+            return;
+        }
+        let words = self.row(row);
+        let [first, last] = [cells.start, cells.end - 1].map(|x| x as usize / 64);
+        for at in first..=last {
+            self.words[words + at] |= within(at, &cells);
+        }
+    }
+
+    /// How many of some cells of a row.
+    pub(super) fn n_of_row(&self, row: [u32; 2], cells: Range<u32>) -> u32 {
+        if cells.is_empty() {
+            return 0;
+        }
+        let words = &self.words[self.row(row)..][..self.words_of_row];
+        let [first, last] = [cells.start, cells.end - 1].map(|x| x as usize / 64);
+        (first..=last).map(|at| (words[at] & within(at, &cells)).count_ones()).sum()
     }
 
     /// Those of some cells of a row.
@@ -58,6 +74,14 @@ impl Cells {
     }
 }
 
+/// The bits of some cells in the word of this index, which has some of them.
+#[inline(always)]
+fn within(at: usize, cells: &Range<u32>) -> u64 {
+    let (first, last) = (cells.start, cells.end - 1);
+    let from = if at == first as usize / 64 { !0 << (first % 64) } else { !0 };
+    if at == last as usize / 64 { from & !0 >> (63 - last % 64) } else { from }
+}
+
 /// The lines of an axis, and where among them a place is.
 struct Ruler<'a> {
     lines: &'a [f64],
@@ -66,18 +90,13 @@ struct Ruler<'a> {
 }
 
 impl Ruler<'_> {
-    /// Number of the first lines for which this is so.
+    /// Number of the first lines for which this is so: all that lie below a place, and that at it, if there is one, for which it may be so.
     #[inline(always)]
     fn n(&self, place: f64, is_before: impl Fn(f64) -> bool) -> usize {
         let Some(per_unit) = self.per_unit else { return self.lines.partition_point(|line| is_before(*line)) };
-        let mut n = (((place - self.lines[0]) * per_unit) as usize).min(self.lines.len());
-        while n < self.lines.len() && is_before(self.lines[n]) {
-            n += 1;
-        }
-        while n > 0 && !is_before(self.lines[n - 1]) {
-            n -= 1;
-        }
-        n
+        // lines are where the product is whole, so that rounding leads to the next line at most: the last one below or at the place, or the next
+        let near = ((place - self.lines[0]) * per_unit).clamp(0.0, self.lines.len() as f64) as i32 as usize;
+        near + usize::from(near < self.lines.len() && is_before(self.lines[near]))
     }
 
     /// The first and the end of the cells, of some, whose insides have places between two.
@@ -130,7 +149,7 @@ pub(super) fn cut(rows: &FacetRows, row: u32, planes: Range<u32>) -> Cells {
                 return;
             }
             let of_polygon = down.cells(polygon.reach(1), &of_y);
-            reaches(&polygon, &down, &of_polygon, &mut found);
+            reaches(polygon, &down, &of_polygon, &mut found);
             for (y, reach) in of_polygon.zip(&found) {
                 let some = across.cells(*reach, &of_x);
                 if !some.is_empty() {

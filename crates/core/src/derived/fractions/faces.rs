@@ -13,7 +13,7 @@
 
 use std::ops::Range;
 
-use super::column::Columns;
+use super::column::{Columns, Memory};
 use super::cut::Cells;
 use super::fraction::Fraction;
 use super::refined::Refined;
@@ -30,26 +30,25 @@ pub(super) struct Faces<'a> {
 }
 
 impl<'a> Faces<'a> {
-    /// Sorts the facets by rows of faces, so many together.
+    /// Sorts the facets by faces.
     pub(super) fn new(
         (frame, lines): (&Frame, &Lines),
         window: CellWindow,
         m: u32,
-        rows: u32,
         rule: (Rule, &'a [Kind]),
     ) -> Faces<'a> {
-        let of_axis = |axis| Columns::new(Refined::of_faces(frame, lines, m, axis, &window), rows, rule);
+        let of_axis = |axis| Columns::new(Refined::of_faces(frame, lines, m, axis, &window), rule);
         Faces { columns: [0, 1, 2].map(of_axis), window }
     }
 
-    /// Measures the faces of cells of some planes of the window across z, which are those of one row of bins.
-    pub(super) fn of_planes(&self, planes: Range<u32>) -> FacesOfPlanes {
+    /// Measures the faces of cells of some planes of the window across z, which are those of one row of a part.
+    pub(super) fn of_planes(&self, planes: Range<u32>, memory: &mut Memory) -> FacesOfPlanes {
         let above = planes.end..planes.end + 1;
         let own = std::slice::from_ref(&planes);
         let runs = [
-            Runs::new(&self.columns[0], own),
-            Runs::new(&self.columns[1], own),
-            Runs::new(&self.columns[2], &[planes.clone(), above]),
+            Runs::new(&self.columns[0], own, memory),
+            Runs::new(&self.columns[1], own, memory),
+            Runs::new(&self.columns[2], &[planes.clone(), above], memory),
         ];
         let listed = Cells::new(&self.window, planes.end - planes.start);
         let mut faces = FacesOfPlanes { runs, listed, window: self.window, first_plane: planes.start };
@@ -155,11 +154,11 @@ struct Runs {
 }
 
 impl Runs {
-    fn new(columns: &Columns, rows: &[Range<u32>]) -> Runs {
+    fn new(columns: &Columns, rows: &[Range<u32>], memory: &mut Memory) -> Runs {
         let (mut offsets, mut ends, mut flags) = (Vec::new(), Vec::new(), Vec::new());
         let of_whole = 1.0 / columns.whole() as f64;
         for rows in rows {
-            columns.rows(rows.clone(), |_, faces, sums| {
+            columns.rows(rows.clone(), memory, |_, faces, sums| {
                 if faces.start == 0 {
                     offsets.push(ends.len() as u32);
                 }

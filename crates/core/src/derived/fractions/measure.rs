@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::column::{Columns, Sum, parts_of_cell};
+use super::column::{self, Columns, Sum, parts_of_cell};
 use super::cut::cut;
 use super::faces::Faces;
 use super::fraction::{Fraction, Fractions, Part, Totals};
@@ -39,8 +39,8 @@ pub async fn fractions(
         ruler: Ruler::new(lines, lines),
         window,
         facets: &facets,
-        cells: Columns::new(Refined::of_cells(frame, lines, job.rays, &window), planes_of_row, (rule, kinds)),
-        faces: job.faces.then(|| Faces::new((frame, lines), window, job.rays, planes_of_row, (rule, kinds))),
+        cells: Columns::new(Refined::of_cells(frame, lines, job.rays, &window), (rule, kinds)),
+        faces: job.faces.then(|| Faces::new((frame, lines), window, job.rays, (rule, kinds))),
         surfaces: job.surfaces.then(|| Surfaces::new(&facets, lines)),
         planes_of_row,
     };
@@ -51,7 +51,7 @@ pub async fn fractions(
     for start in (0..n_rows).step_by(ROUND) {
         control.rest().await?;
         let end = (start + ROUND as u32).min(n_rows);
-        let found: Vec<Found> = (start..end).into_par_iter().map(|row| measure.of_row(row)).collect();
+        let found: Vec<Found> = map_within(start..end, |memory, row| measure.of_row(row, memory));
         n_bytes += found.iter().map(|found| found.part.n_bytes() as u64).sum::<u64>();
         if n_bytes > max_bytes {
             let message = format!(
@@ -97,6 +97,19 @@ struct Measure<'a> {
     planes_of_row: u32,
 }
 
+/// Memory that a core uses for row after row.
+#[derive(Default)]
+struct Memory {
+    columns: column::Memory,
+    fractions: Vec<Fraction>,
+}
+
+/// Volumes of flags: where a cell is a unit, short sums.
+enum Volumes {
+    Cells(Vec<u128>),
+    Units(Vec<Total>),
+}
+
 struct Found {
     part: Part,
     volumes: Vec<Total>,
@@ -104,15 +117,33 @@ struct Found {
     areas: Vec<Total>,
 }
 
+impl Volumes {
+    fn new(ruler: &Ruler) -> Volumes {
+        match ruler.counts_cells() {
+            true => Volumes::Cells(vec![0; 256]),
+            false => Volumes::Units(vec![Total::default(); 256]),
+        }
+    }
+
+    fn totals(self) -> Vec<Total> {
+        match self {
+            Volumes::Cells(volumes) => volumes.into_iter().map(Total::from).collect(),
+            Volumes::Units(volumes) => volumes,
+        }
+    }
+}
+
 impl Measure<'_> {
-    fn of_row(&self, row: u32) -> Found {
+    fn of_row(&self, row: u32, memory: &mut Memory) -> Found {
         let CellWindow { first, end, .. } = self.window;
         let planes = row * self.planes_of_row..((row + 1) * self.planes_of_row).min(end[2] - first[2]);
         let of_cut = cut(self.facets, row, planes.clone());
-        let mut faces = self.faces.as_ref().map(|faces| faces.of_planes(planes.clone()));
-        let (mut fractions, mut n_cut, mut volumes) = (Vec::new(), 0, vec![Total::default(); 256]);
+        let Memory { columns, fractions } = memory;
+        let mut faces = self.faces.as_ref().map(|faces| faces.of_planes(planes.clone(), columns));
+        let (mut n_cut, mut volumes) = (0, Volumes::new(&self.ruler));
         let whole = self.cells.whole();
-        self.cells.rows(planes.clone(), |[y, z], cells, sums| {
+        fractions.clear();
+        self.cells.rows(planes.clone(), columns, |[y, z], cells, sums| {
             let cells = cells.start.max(first[0])..cells.end.min(end[0]);
             if cells.is_empty() {
                 return;
@@ -121,7 +152,11 @@ impl Measure<'_> {
             if let Some(sum) = sums.iter().find(|sum| sum.length() == whole) {
                 let cells = cells.start - first[0]..cells.end - first[0];
                 let of_row = [y, z - planes.start];
-                n_cut += of_cut.of_row(of_row, cells.clone()).count() as u64;
+                let n = of_cut.n_of_row(of_row, cells.clone());
+                n_cut += u64::from(n);
+                if n == 0 && faces.is_none() {
+                    return;
+                }
                 let listed = match &mut faces {
                     Some(faces) => faces.with_unlike(of_row, cells.clone(), sum.flag, &of_cut),
                     None => &of_cut,
@@ -131,24 +166,34 @@ impl Measure<'_> {
                 fractions.extend(listed.of_row(of_row, cells).map(fraction));
             } else {
                 n_cut += cells.len() as u64;
-                self.add_fractions([y, z], cells, sums, &mut fractions);
+                self.add_fractions([y, z], cells, sums, fractions);
             }
         });
-        let (mut fractions, faces) = match faces {
-            Some(faces) => faces.with_all_flags(&fractions),
-            None => (fractions, Vec::new()),
+        let (fractions, faces) = match faces {
+            Some(faces) => faces.with_all_flags(fractions),
+            None => (fractions.clone(), Vec::new()),
         };
-        fractions.shrink_to_fit();
         let found = self.surfaces.as_ref().map(|surfaces| surfaces.of_row(row, planes, &self.ruler));
         let (surfaces, areas) = found.unwrap_or_default();
-        Found { part: Part { fractions, faces, surfaces, n_cut }, volumes, areas }
+        Found { part: Part { fractions, faces, surfaces, n_cut }, volumes: volumes.totals(), areas }
     }
 
     /// Adds what flags have of cells that are alike, whose row is counted from the first of the window.
-    fn add_volumes(&self, [y, z]: [u32; 2], cells: &Range<u32>, sums: &[Sum], volumes: &mut [Total]) {
+    fn add_volumes(&self, [y, z]: [u32; 2], cells: &Range<u32>, sums: &[Sum], volumes: &mut Volumes) {
+        let some = sums.iter().filter(|sum| sum.length() > 0);
+        let volumes = match volumes {
+            Volumes::Cells(volumes) => {
+                // fewer than 2^33 parts each of fewer than 2^23 cells
+                some.for_each(|sum| {
+                    volumes[usize::from(sum.flag)] += u128::from(sum.length() as u64 * cells.len() as u64)
+                });
+                return;
+            }
+            Volumes::Units(volumes) => volumes,
+        };
         let [y, z] = [self.window.first[1] + y, self.window.first[2] + z];
         let volume = self.ruler.cells([[cells.start, y, z], [cells.end, y + 1, z + 1]]);
-        for sum in sums.iter().filter(|sum| sum.length() > 0) {
+        for sum in some {
             volumes[usize::from(sum.flag)].add(volume.times(sum.length() as u64));
         }
     }

@@ -54,10 +54,16 @@ impl<'a> FacetRows<'a> {
 }
 
 /// A convex polygon: what of a triangle lies between six planes.
-#[derive(Clone, Copy)]
 pub(super) struct Polygon {
     corners: [Point; 9],
     n: usize,
+}
+
+/// Of a plane.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Side {
+    Below,
+    Above,
 }
 
 impl Polygon {
@@ -85,47 +91,54 @@ impl Polygon {
         &self.corners[..self.n]
     }
 
-    /// What lies below a plane across an axis, or in it, and what lies above.
-    fn split(&self, axis: usize, at: f64) -> [Polygon; 2] {
+    /// What lies on one side of a plane across an axis, or in it, put together in `space` where that is not all; what lies in the plane alone is below it.
+    #[inline(always)]
+    fn clipped<'p>(&'p self, (axis, at): (usize, f64), side: Side, space: &'p mut Polygon) -> &'p Polygon {
         let height = |corner: &Point| corner[axis] - at;
-        if self.corners().iter().all(|corner| height(corner) <= 0.0) {
-            return [*self, Polygon::EMPTY];
-        }
-        if self.corners().iter().all(|corner| height(corner) >= 0.0) {
-            return [Polygon::EMPTY, *self];
-        }
-        let mut sides = [Polygon::EMPTY; 2];
-        for index in 0..self.n {
-            let (from, to) = (self.corners[index], self.corners[(index + 1) % self.n]);
-            let [start, end] = [height(&from), height(&to)];
-            if start <= 0.0 {
-                sides[0].push(from);
+        let is_below = self.corners().iter().all(|corner| height(corner) <= 0.0);
+        if is_below || self.corners().iter().all(|corner| height(corner) >= 0.0) {
+            if is_below == (side == Side::Below) {
+                return self;
             }
-            if start >= 0.0 {
-                sides[1].push(from);
+            space.n = 0;
+            return space;
+        }
+        space.n = 0;
+        for index in 0..self.n {
+            let (from, to) = (self.corners[index], self.corners[if index + 1 == self.n { 0 } else { index + 1 }]);
+            let [start, end] = [height(&from), height(&to)];
+            if if side == Side::Below { start <= 0.0 } else { start >= 0.0 } {
+                space.push(from);
             }
             if start * end < 0.0 {
                 let share = start / (start - end);
                 let mut cut = [0, 1, 2].map(|of| from[of] + share * (to[of] - from[of]));
                 cut[axis] = at;
-                sides.iter_mut().for_each(|side| side.push(cut));
+                space.push(cut);
             }
         }
-        sides
+        space
     }
 
     /// Calls `each` with the cells of an axis that the polygon reaches, of some, and with what lies in each: the same whichever these are.
-    pub(super) fn slices(self, axis: usize, lines: &[f64], cells: Range<u32>, mut each: impl FnMut(u32, Polygon)) {
+    #[inline(always)]
+    pub(super) fn slices(&self, axis: usize, lines: &[f64], cells: Range<u32>, mut each: impl FnMut(u32, &Polygon)) {
         let [low, high] = self.reach(axis);
-        let first = lines.partition_point(|&line| line < low).saturating_sub(1) as u32;
-        for cell in first.max(cells.start)..cells.end {
+        let of_cells = &lines[cells.start as usize..=cells.end as usize];
+        let first = cells.start as usize + of_cells.partition_point(|&line| line < low);
+        let (mut one, mut other) = (Polygon::EMPTY, Polygon::EMPTY);
+        for cell in (first.saturating_sub(1) as u32).max(cells.start)..cells.end {
             let [begin, end] = [0, 1].map(|by| lines[cell as usize + by]);
             if begin >= high && begin > low {
                 return;
             }
             // what lies in the first line has no cell below, and belongs to the first
-            let above = if low > begin || cell == 0 && low == begin { self } else { self.split(axis, begin)[1] };
-            let within = above.split(axis, end)[0];
+            let above = if low > begin || cell == 0 && low == begin {
+                self
+            } else {
+                self.clipped((axis, begin), Side::Above, &mut one)
+            };
+            let within = above.clipped((axis, end), Side::Below, &mut other);
             if within.n >= 3 {
                 each(cell, within);
             }

@@ -82,28 +82,64 @@ impl Refined {
         Refined { frame, rays, per_column, n: lines.dims()[along], lines: list, first, per_size }
     }
 
-    /// `cell << 25 | length in the cell before a place` along a ray; cell 0 and 0 before the first cell, the number of cells behind the last.
+    /// Where cells along rays are.
+    pub(super) fn along(&self) -> Along<'_> {
+        match &self.lines {
+            None => Along::Equal(Equal { first: self.first, per_size: self.per_size, n: self.n.into() }),
+            Some(lines) => Along::Lines(lines),
+        }
+    }
+}
+
+/// Where cells along rays are. A place becomes `cell << 25 | length in the cell before it`; cell 0 and 0 before the first cell, the number of cells behind the
+/// last.
+pub(super) enum Along<'a> {
+    Equal(Equal),
+    Lines(&'a [f64]),
+}
+
+/// Cells of one size: line 0 in units, cells a unit, and how many cells there are.
+#[derive(Clone, Copy)]
+pub(super) struct Equal {
+    first: f64,
+    per_size: f64,
+    n: f64,
+}
+
+/// Added to a number from 0 to 2^31 it rounds that to a whole number, which the low bits then have.
+const TO_WHOLE: f64 = (1u64 << 52) as f64;
+
+impl Equal {
+    /// Compiled for several places at once: without conversions, which processors have for single numbers alone.
     #[inline(always)]
     pub(super) fn place(&self, at: f64) -> u64 {
-        let n = self.n as i32;
-        let (cell, fraction) = match &self.lines {
-            None => {
-                let cells = (at - self.first) * self.per_size;
-                let cell = (cells as i32).clamp(0, n);
-                (cell, (cells - f64::from(cell)).clamp(0.0, 1.0))
-            }
-            Some(lines) => {
-                let above = lines.partition_point(|&line| line <= at);
-                match above {
-                    0 => (0, 0.0),
-                    _ if above == lines.len() => (n, 0.0),
-                    _ => (above as i32 - 1, (at - lines[above - 1]) / (lines[above] - lines[above - 1])),
-                }
-            }
-        };
-        let left = ((1.0 - fraction) * WHOLE as f64 + 0.5) as i32;
-        u64::from(cell as u32) << PLACE_BITS | u64::from((WHOLE as i32 - left).min(WHOLE as i32) as u32)
+        let cells = ((at - self.first) * self.per_size).max(0.0);
+        let cells = if cells < self.n { cells } else { self.n };
+        let (cell, cell_bits) = rounded_down(cells);
+        let (_, left) = rounded_down((1.0 - (cells - cell)) * WHOLE as f64 + 0.5);
+        cell_bits << PLACE_BITS | (WHOLE as u64 - left)
     }
+}
+
+/// A number from 0 to 2^31, rounded down, as f64 and as integer.
+#[inline(always)]
+fn rounded_down(number: f64) -> (f64, u64) {
+    let sum = number + TO_WHOLE;
+    let nearest = sum - TO_WHOLE;
+    let sum = if nearest > number { sum - 1.0 } else { sum };
+    (sum - TO_WHOLE, sum.to_bits() & 0xffff_ffff)
+}
+
+/// The same where cells differ in size, by their lines.
+pub(super) fn place_among(lines: &[f64], at: f64) -> u64 {
+    let above = lines.partition_point(|&line| line <= at);
+    let (cell, fraction) = match above {
+        0 => (0, 0.0),
+        _ if above == lines.len() => (above - 1, 0.0),
+        _ => (above - 1, (at - lines[above - 1]) / (lines[above] - lines[above - 1])),
+    };
+    let left = ((1.0 - fraction) * WHOLE as f64 + 0.5) as i32;
+    (cell as u64) << PLACE_BITS | (WHOLE as i32 - left).min(WHOLE as i32) as u64
 }
 
 /// The frame of rays along an axis through the cells of a window, which go from end to end of the box; and all cells that they go through.

@@ -64,7 +64,7 @@ impl Surfaces<'_> {
                 polygon.slices(1, &lines[1], first[1]..end[1], |y, polygon| {
                     polygon.slices(0, &lines[0], first[0]..end[0], |x, polygon| {
                         let cell = window.index([x, y, z]);
-                        let (area, moments, normal) = self.measure(&polygon);
+                        let (area, moments, normal) = self.measure(polygon);
                         let order = sums.len();
                         sums.push(Sum { cell, position, order, area, moments, normal });
                     });

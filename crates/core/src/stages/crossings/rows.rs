@@ -18,7 +18,19 @@ impl Height {
     /// The place in units, to 2^-50 of itself.
     #[inline(always)]
     pub(crate) fn place(self) -> f64 {
-        (self.below as f64 + self.rest as f64 / self.area as f64) * self.unit
+        self.place_of(self.parts())
+    }
+
+    /// The same of any hit of the facet, given its parts.
+    #[inline(always)]
+    pub(crate) fn place_of(self, [below, rest]: [f64; 2]) -> f64 {
+        (below + rest / self.area as f64) * self.unit
+    }
+
+    /// What hits of a facet differ in.
+    #[inline(always)]
+    pub(crate) fn parts(self) -> [f64; 2] {
+        [self.below as f64, self.rest as f64]
     }
 
     /// How far the hit is above the centre of the last cell below, in cells, times the area and rounded down: at most the area. Of equal cells, and of hits
