@@ -115,7 +115,7 @@ export interface MesherOptions {
   backend?: BackendChoice;
   /**
    * Threads of what the processor does, 1 to 256; 1 for none but that of the mesher. By default as many as the processor has, at most 16, in
-   * Node and in pages that are isolated from other origins (`crossOriginIsolated`), where workers may share memory; 1 elsewhere, and with
+   * Node and in pages that are isolated from other origins (`crossOriginIsolated`), where workers may share memory; 1 in Firefox, elsewhere, and with
    * `wasm`, `worker` or `device`. The result is the same. More than 1 is the error `job-conflict` where there can be one only.
    */
   threads?: number;
