@@ -45,7 +45,7 @@ async function core(hasThreads) {
 
 /** @type {import('./core/threads.js').StartThread} */
 function startThread(shared) {
-  const worker = new Worker(new URL('./threads/node_thread.js', import.meta.url), { workerData: shared });
+  const worker = new Worker(new URL('./platform/node_thread.js', import.meta.url), { workerData: shared });
   const ready = new Promise((resolve, reject) => worker.once('message', resolve).once('error', reject));
   // the program ends although it waits for work
   ready.then(() => worker.unref()).catch(() => {});

@@ -5,7 +5,7 @@ import { Mesher } from './client/mesher.js';
 import { fileOf } from './client/source.js';
 import { packageFolder } from './platform/own_files.js';
 import { HexcastError } from './protocol/error.js';
-import { startThreadsWorker, startWorker } from './start_worker.js';
+import { startWorker } from './start_worker.js';
 
 /** @typedef {import('./hexcast.js').MesherOptions} MesherOptions */
 /** @typedef {import('./core/core.js').Core} Core */
@@ -96,12 +96,11 @@ async function connected({ threads, wasm, worker, signal }, local) {
 async function loaded(hasThreads, threads, { wasm, worker, signal }, local) {
   const isLocal = local || worker === false || typeof Worker === 'undefined';
   const { core, source } = isLocal ? await (local ?? ownCore)(hasThreads) : { core: null, source: ownWasm(hasThreads) };
-  const inWorker = () => workerPort(hasThreads ? startThreadsWorker() : startWorker(worker || undefined));
-  const connection = new Connection(core ? localPort(core) : inWorker());
+  const connection = new Connection(core ? localPort(core) : workerPort(startWorker(worker || undefined)));
   try {
     const from = wasm ?? source;
     // a URL cannot be sent to a worker
-    const args = { wasm: from instanceof URL ? from.href : from, threads };
+    const args = { wasm: from instanceof URL ? from.href : from, threads, hasThreads };
     const failures = hasThreads && !core ? connection.failures() : undefined;
     return [connection, await connection.call('load', { ...args, failures }, { signal })];
   } catch (error) {

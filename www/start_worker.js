@@ -32,15 +32,6 @@ function ownWorker() {
   return new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
 }
 
-/** Starts the worker of this package whose wasm has threads; written so that bundlers find it. */
-export function startThreadsWorker() {
-  const folder = packageFolder(import.meta.url);
-  return started(() => {
-    if (folder) return new Worker(new URL('threads/threads_worker.js', folder), { type: 'module' });
-    return new Worker(new URL('./threads/threads_worker.js', import.meta.url), { type: 'module' });
-  });
-}
-
 /**
  * Starts a worker; one that this page does not let start so, otherwise.
  *

@@ -77,10 +77,10 @@ for (const [name, open] of Object.entries({ Chromium: openChromium, Firefox: ope
 test('a thread that fails fails the calls that wait for it', async ({ browser }) => {
   const root = mkdtempSync(path.join(tmpdir(), 'hexcast-'));
   cpSync(DIST, root, { recursive: true });
-  const thread = readFileSync(path.join(root, 'threads/thread.js'), 'utf8');
+  const worker = readFileSync(path.join(root, 'worker.js'), 'utf8');
   // it would run its share of the work, which the mesher waits for
   const late = "await new Promise((resolve) => setTimeout(resolve, 5000)); throw new Error('planted');";
-  writeFileSync(path.join(root, 'threads/thread.js'), thread.replace('runThread();', late));
+  writeFileSync(path.join(root, 'worker.js'), worker.replace('many.runThread();', late));
   const server = await serve({ root, headers: ISOLATED });
   const page = await browser.newPage();
   try {

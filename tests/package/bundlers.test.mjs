@@ -10,6 +10,7 @@ import { after, before, test } from 'node:test';
 import { setTimeout } from 'node:timers/promises';
 
 import { serve } from '../../scripts/serve.mjs';
+import { ISOLATED } from '../../vite.config.mjs';
 import { openChromium } from '../e2e/browsers.mjs';
 import { assertMeshes } from './pages.mjs';
 import { SPOT, installedProject, nativeOutcome, writePage } from './project.mjs';
@@ -49,15 +50,17 @@ const told = ({ message, hint }) => ({ message, hint });
 globalThis.outcome = await createMesher(OPTIONS).then(() => ({ message: 'started' }), told);
 `;
 
-/** Serves a folder of the project and meshes on its page. */
+/** Serves a folder of the project and meshes on its page: on one thread, and where it is isolated from other origins on two. */
 async function assertFolderMeshes(folder, { base, headers } = {}) {
   const root = path.join(project.folder, folder);
   cpSync(SPOT, path.join(root, 'spot.stl'));
-  const server = await serve({ root, base, headers });
-  try {
-    await assertMeshes(browser, server.url, native, [], ['cpu']);
-  } finally {
-    await server.close();
+  for (const threads of [1, 2]) {
+    const server = await serve({ root, base, headers: { ...headers, ...(threads > 1 && ISOLATED) } });
+    try {
+      await assertMeshes(browser, server.url, native, [], ['cpu'], threads);
+    } finally {
+      await server.close();
+    }
   }
 }
 

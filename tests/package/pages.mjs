@@ -21,12 +21,13 @@ export const BROWSERS = { Chromium: openChromium, Firefox: openFirefox };
  * @param {object} native the native command's report, and `vti`, the hash of its compressed file, `cells`, those with a flag and all that the documents mesh
  * @param {string[]} [others] origins that the page may ask too; none
  * @param {string[]} [backends] both
+ * @param {number} [threads] one
  */
-export async function assertMeshes(browser, url, native, others = [], backends = ['gpu', 'cpu']) {
+export async function assertMeshes(browser, url, native, others = [], backends = ['gpu', 'cpu'], threads = 1) {
   for (const backend of backends) {
     const page = await browser.newPage();
     const complaints = complaintsOf(page, url);
-    await page.goto(`${url}?backend=${backend}`);
+    await page.goto(`${url}?backend=${backend}&threads=${threads}`);
     // options are the second argument of Puppeteer's and the third of Playwright's
     const outcome = await (await page.waitForFunction(() => globalThis.outcome, PATIENCE, PATIENCE)).jsonValue();
     assert.equal(outcome.failed, undefined, complaints.join('\n'));
@@ -34,6 +35,7 @@ export async function assertMeshes(browser, url, native, others = [], backends =
     const expected = {
       version,
       backend,
+      threads,
       dims: native.dims,
       flags: native.flags,
       ...hashes,

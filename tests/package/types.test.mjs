@@ -26,7 +26,8 @@ function assertPasses(program, ...args) {
 
 test('the manifest exports the package, its worker, Node, the wasm and the shaders, types first', () => {
   const { exports: entries } = JSON.parse(readFileSync(path.join(ROOT, 'package.json'), 'utf8'));
-  assert.deepEqual(Object.keys(entries), ['.', './worker', './node', './hexcast_bg.wasm', './shaders/*', './package.json']);
+  const files = ['./hexcast_bg.wasm', './hexcast_threads_bg.wasm', './shaders/*', './package.json'];
+  assert.deepEqual(Object.keys(entries), ['.', './worker', './node', ...files]);
   for (const name of ['.', './worker', './node']) assert.equal(Object.keys(entries[name])[0], 'types', name);
   const resolved = ['hexcast', 'hexcast/worker', 'hexcast/node', 'hexcast/hexcast_bg.wasm', 'hexcast/shaders/map.wgsl'];
   writeFileSync(
@@ -46,7 +47,8 @@ test('publint has nothing to say', () => {
 
 test('are-the-types-wrong has nothing to say', () => {
   // a wasm is a file to fetch, not a module to import
-  assertPasses('attw', project.tarball, '--profile', 'esm-only', '--exclude-entrypoints', './hexcast_bg.wasm');
+  const files = ['./hexcast_bg.wasm', './hexcast_threads_bg.wasm'];
+  assertPasses('attw', project.tarball, '--profile', 'esm-only', '--exclude-entrypoints', ...files);
 });
 
 const VALUES = `

@@ -68,7 +68,7 @@ export class Core {
   /**
    * Loads the wasm, and starts its threads; returns how many there are.
    *
-   * @param {{ wasm: any, threads: number, failures?: string }} args
+   * @param {{ wasm: any, threads: number, hasThreads: boolean, failures?: string }} args what is loaded, which is that of this core's glue
    */
   async load({ wasm, threads, failures }) {
     const start = this.#startThread;

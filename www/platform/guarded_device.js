@@ -80,7 +80,7 @@ function wrap(target, scoped, others, set = () => false) {
       if (methods.has(name)) return methods.get(name);
       const value = Reflect.get(target, name);
       if (typeof value !== 'function') return value;
-      const call = (/** @type {unknown[]} */ ...args) => value.apply(target, args);
+      const call = (/** @type {unknown[]} */ ...args) => value.apply(target, args.map(unshared));
       const method = PLAIN.includes(String(name))
         ? call
         : (/** @type {unknown[]} */ ...args) =>
@@ -95,6 +95,12 @@ function wrap(target, scoped, others, set = () => false) {
       return set(String(name), value) || Reflect.set(target, name, value);
     },
   });
+}
+
+/** An argument, of memory that threads share a copy: the package webgpu of Node reads no such memory, and ends the program. @param {unknown} value */
+function unshared(value) {
+  const isShared = value instanceof Uint8Array && typeof SharedArrayBuffer !== 'undefined' && value.buffer instanceof SharedArrayBuffer;
+  return isShared ? value.slice() : value;
 }
 
 /**

@@ -1,4 +1,4 @@
-// What a page does with the package; the test reads `globalThis.outcome`. `?backend=cpu` asks for a backend.
+// What a page does with the package; the test reads `globalThis.outcome`. `?backend=cpu&threads=2` asks for a backend and threads.
 import { HexcastError, createMesher, version } from 'hexcast';
 // the lines of the README of the package and of docs/libraries.md as they stand, after what they use
 import './document_globals.js';
@@ -7,8 +7,8 @@ import './libraries.js';
 
 async function meshSpot() {
   const source = await (await fetch('spot.stl')).blob();
-  const backend = new URLSearchParams(location.search).get('backend') ?? 'auto';
-  const mesher = await createMesher({ backend });
+  const asked = new URLSearchParams(location.search);
+  const mesher = await createMesher({ backend: asked.get('backend') ?? 'auto', threads: Number(asked.get('threads') ?? 1) });
   const job = { geometries: [{ source, file: 'spot.stl', name: 'cow', flag: 7 }], cells: 40, unit: 'mm' };
   const mesh = await mesher.mesh(job);
   const code = await mesher
@@ -17,7 +17,8 @@ async function meshSpot() {
   const vti = await sha256(await mesh.blob('vti', { compress: 6 }));
   const again = await mesher.open(await mesh.blob('hxc', { compress: 6 }));
   const hashes = { sha256: await mesh.sha256(), again: await again.sha256(), vti };
-  const outcome = { version, backend: mesher.backend, dims: mesh.dims, flags: mesh.report.flags, ...hashes, code };
+  const { backend, threads } = mesher;
+  const outcome = { version, backend, threads, dims: mesh.dims, flags: mesh.report.flags, ...hashes, code };
   mesher.dispose();
   return { ...outcome, cells: globalThis.cells };
 }
