@@ -38,18 +38,19 @@ async function core(hasThreads) {
   const file = hasThreads ? new URL('./hexcast_threads_bg.wasm', import.meta.url) : new URL('./hexcast_bg.wasm', import.meta.url);
   const [{ Core }, loaded, source] = await Promise.all([import('./core/core.js'), glue, bytesOf(file)]);
   return {
-    core: new Core(loaded, hasThreads ? startThread : undefined),
+    core: new Core(loaded),
     source: /** @type {Uint8Array<ArrayBuffer>} */ (source),
+    startThread,
   };
 }
 
-/** @type {import('./core/threads.js').StartThread} */
-function startThread(shared) {
+/** A thread of this program, which all meshers share. @type {import('./start.js').StartThread} */
+async function startThread(shared) {
   const worker = new Worker(new URL('./platform/node_thread.js', import.meta.url), { workerData: shared });
-  const ready = new Promise((resolve, reject) => worker.once('message', resolve).once('error', reject));
+  const answer = await new Promise((resolve, reject) => worker.once('message', resolve).once('error', reject));
   // the program ends although it waits for work
-  ready.then(() => worker.unref()).catch(() => {});
-  return { ready, end: () => worker.terminate() };
+  worker.unref();
+  return answer;
 }
 
 /** The GPU of this Node, or of the package `webgpu`; null if there is none. No global is set. @returns {Promise<GPU | null>} */

@@ -3,6 +3,7 @@ import { MESHER, gpuDevice, kindOf, oneOf, optionsOf, wholeNumber, wrongValue } 
 import { Connection, localPort, workerPort } from './client/connection.js';
 import { Mesher } from './client/mesher.js';
 import { fileOf } from './client/source.js';
+import { startThreads } from './client/threads.js';
 import { packageFolder } from './platform/own_files.js';
 import { HexcastError } from './protocol/error.js';
 import { startWorker } from './start_worker.js';
@@ -34,7 +35,8 @@ export function checked(options) {
 /**
  * A core on this thread and where its wasm is: that of many threads, or that of one.
  *
- * @typedef {(hasThreads: boolean) => Promise<{ core: Core, source: string | URL | BufferSource }>} LocalCore
+ * @typedef {(hasThreads: boolean) => Promise<{ core: Core, source: string | URL | BufferSource, startThread?: StartThread }>} LocalCore
+ * @typedef {import('./client/threads.js').StartThread} StartThread
  */
 
 /**
@@ -72,7 +74,7 @@ async function connected({ threads, wasm, worker, signal }, local) {
     const hint = 'serve the page with the headers that isolate it, and leave out wasm, worker and device';
     throw new HexcastError('job-conflict', `${threads} threads are asked for, and this page can have one`, { hint });
   }
-  const n = threads ?? usualThreads();
+  const n = threads ?? Math.min(globalThis.navigator?.hardwareConcurrency ?? 1, MOST_THREADS);
   if (hasThreads && n > 1) {
     try {
       return await loaded(true, n, { worker, signal }, local);
@@ -95,24 +97,20 @@ async function connected({ threads, wasm, worker, signal }, local) {
  */
 async function loaded(hasThreads, threads, { wasm, worker, signal }, local) {
   const isLocal = local || worker === false || typeof Worker === 'undefined';
-  const { core, source } = isLocal ? await (local ?? ownCore)(hasThreads) : { core: null, source: ownWasm(hasThreads) };
+  const { core, source, startThread } = isLocal
+    ? await (local ?? ownCore)(hasThreads)
+    : { core: null, source: ownWasm(hasThreads), startThread: undefined };
   const connection = new Connection(core ? localPort(core) : workerPort(startWorker(worker || undefined)));
   try {
     const from = wasm ?? source;
     // a URL cannot be sent to a worker
-    const args = { wasm: from instanceof URL ? from.href : from, threads, hasThreads };
-    const failures = hasThreads && !core ? connection.failures() : undefined;
-    return [connection, await connection.call('load', { ...args, failures }, { signal })];
+    const args = { wasm: from instanceof URL ? from.href : from, hasThreads };
+    const shared = /** @type {import('./client/threads.js').Shared | null} */ (await connection.call('load', args, { signal }));
+    return [connection, shared ? await startThreads(connection, shared, threads, startThread) : 1];
   } catch (error) {
     connection.close();
     throw error;
   }
-}
-
-/** How many threads a page has where nobody asks: in Firefox one, as a mesh on several did not end once in a run of the tests. */
-function usualThreads() {
-  const { userAgent = '', hardwareConcurrency = 1 } = globalThis.navigator ?? {};
-  return / Firefox\//.test(userAgent) ? 1 : Math.min(hardwareConcurrency, MOST_THREADS);
 }
 
 /** A core on this thread, which may not wait for others in a page. @type {LocalCore} */

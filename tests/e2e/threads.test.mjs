@@ -55,14 +55,10 @@ for (const [name, open] of Object.entries({ Chromium: openChromium, Firefox: ope
       const [one, refused] = await ask(site, { backend: 'cpu' }, { backend: 'cpu', threads: 2 });
       assert.deepEqual([one.isIsolated, one.threads, one.aborted], [false, 1, 'enough']);
       assert.equal(refused, 'job-conflict');
-      // in Firefox threads must be asked for, and a mesh on several did not end once
-      const several = [
+      for (const [options, threads] of [
         [{ backend: 'cpu', threads: 3 }, 3],
         [{ backend: 'gpu', threads: 2 }, 2],
         [{ backend: 'cpu', threads: 1 }, 1],
-      ];
-      for (const [options, threads] of [
-        ...(name === 'Firefox' ? [[{ backend: 'cpu' }, 1]] : several),
         [{ backend: 'cpu', worker: false }, 1],
       ]) {
         const [found] = await ask(isolatedSite, options);

@@ -68,8 +68,8 @@ export class Connection {
   #abandoned = new Map();
   #next = 1;
   #hasAnswered = false;
-  /** @type {BroadcastChannel | null} */
-  #failures = null;
+  /** Threads of the core. @type {Worker[]} */
+  #threads = [];
 
   /** @param {Port} port */
   constructor(port) {
@@ -82,10 +82,7 @@ export class Connection {
       this.#calls.delete(id);
       failure ? call.reject(errorOf(failure)) : call.resolve(result);
     };
-    port.onfailure = (message) => {
-      const hint = this.#hasAnswered ? 'make another mesher, and mesh in smaller pieces if it fails again' : NOT_FOUND;
-      this.#fail(new HexcastError('device-failed', `the worker failed: ${message}`, { hint }));
-    };
+    port.onfailure = (message) => this.#rejectAll(message);
   }
 
   /** Calls the caller's function; where it throws, the call is over. @param {number} id @param {Call} call @param {Progress} progress */
@@ -161,24 +158,28 @@ export class Connection {
     this.#port?.send({ id: this.#next++, operation, args });
   }
 
-  /** The name of a channel on which threads say that they failed: the worker waits for them, and says nothing. */
-  failures() {
-    const name = `hexcast ${crypto.randomUUID()}`;
-    this.#failures = new BroadcastChannel(name);
-    this.#failures.onmessage = ({ data }) => {
-      const port = this.#port;
-      this.#port = null;
-      port?.onfailure(data);
-      port?.close();
-    };
-    return name;
+  /** A thread of the core, which ends with this connection. @param {Worker} worker */
+  attach(worker) {
+    this.#threads.push(worker);
+  }
+
+  /** Ends a core that waits for a thread which failed. @param {string} message */
+  fail(message) {
+    this.#rejectAll(message);
+    this.close();
   }
 
   close() {
-    this.#failures?.close();
+    for (const thread of this.#threads.splice(0)) thread.terminate();
     this.#port?.close();
     this.#port = null;
     this.#fail(new HexcastError('cancelled', 'the mesher was disposed of'));
+  }
+
+  /** @param {string} message */
+  #rejectAll(message) {
+    const hint = this.#hasAnswered ? 'make another mesher, and mesh in smaller pieces if it fails again' : NOT_FOUND;
+    this.#fail(new HexcastError('device-failed', `the worker failed: ${message}`, { hint }));
   }
 
   /** @param {Error} error */

@@ -17,10 +17,11 @@ import { Pace } from './pace.js';
 import { readSurface } from './read_files.js';
 import { allRuns, changedRuns } from './runs.js';
 import { inSteps } from './steps.js';
-import { compiled, startThreads } from './threads.js';
 
 /**
- * @typedef {import('./threads.js').Glue} Glue
+ * @typedef {Omit<typeof import('../hexcast_wasm.js'), 'default' | 'initSync'> & { default: Load, startThreads?: (n: number) => boolean }} Glue
+ *   of a wasm: that with threads can start them
+ * @typedef {(given: { module_or_path: any }) => Promise<{ memory: WebAssembly.Memory }>} Load
  * @typedef {import('../hexcast_wasm.js').WebMesh} WebMesh
  * @typedef {import('../protocol/call.js').State} State
  * @typedef {import('../protocol/call.js').Listener} Listener
@@ -32,7 +33,6 @@ import { compiled, startThreads } from './threads.js';
 
 export class Core {
   #glue;
-  #startThread;
   /** Set by `open`. @type {import('../hexcast_wasm.js').WebEngine} */
   #engine = /** @type {never} */ (null);
   /** @type {Devices | null} */
@@ -56,29 +56,29 @@ export class Core {
   #notTaken = null;
   #pace = new Pace();
 
-  /**
-   * @param {Glue} glue of the wasm
-   * @param {import('./threads.js').StartThread} [startThread] where the wasm has threads
-   */
-  constructor(glue, startThread) {
+  /** @param {Glue} glue of the wasm */
+  constructor(glue) {
     this.#glue = glue;
-    this.#startThread = startThread;
   }
 
   /**
-   * Loads the wasm, and starts its threads; returns how many there are.
+   * Loads the wasm. Returns what threads run and share if it is that with threads.
    *
-   * @param {{ wasm: any, threads: number, hasThreads: boolean, failures?: string }} args what is loaded, which is that of this core's glue
+   * @param {{ wasm: any, hasThreads: boolean }} args
    */
-  async load({ wasm, threads, failures }) {
-    const start = this.#startThread;
-    if (!start) {
+  async load({ wasm, hasThreads }) {
+    if (!hasThreads) {
       await load(this.#glue, wasm);
-      return 1;
+      return null;
     }
     const module = await compiled(wasm);
     const { memory } = await load(this.#glue, module);
-    return startThreads(this.#glue, { module, memory, failures }, start, threads);
+    return { module, memory };
+  }
+
+  /** Hands each thread its part of the work; so many wait. @param {{ n: number }} args */
+  async startThreads({ n }) {
+    if (!this.#glue.startThreads?.(n)) throw new Error(`the pool of ${n} threads could not be started`);
   }
 
   /**
@@ -424,4 +424,10 @@ async function load(glue, wasm) {
     const [from, why] = [typeof wasm === 'string' ? ` from ${wasm}` : '', cause instanceof Error ? cause.message : String(cause)];
     throw new HexcastError('device-failed', `the wasm of hexcast cannot be loaded${from}: ${why}`, { hint: NOT_FOUND, cause });
   }
+}
+
+/** Compiles a wasm that threads run too. @param {any} source its address, bytes or module @returns {Promise<WebAssembly.Module>} */
+async function compiled(source) {
+  if (source instanceof WebAssembly.Module) return source;
+  return typeof source === 'string' ? WebAssembly.compileStreaming(fetch(source)) : WebAssembly.compile(source);
 }

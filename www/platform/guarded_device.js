@@ -99,7 +99,8 @@ function wrap(target, scoped, others, set = () => false) {
 
 /** An argument, of memory that threads share a copy: the package webgpu of Node reads no such memory, and ends the program. @param {unknown} value */
 function unshared(value) {
-  const isShared = value instanceof Uint8Array && typeof SharedArrayBuffer !== 'undefined' && value.buffer instanceof SharedArrayBuffer;
+  const isShared =
+    value instanceof Uint8Array && typeof SharedArrayBuffer !== 'undefined' && value.buffer instanceof SharedArrayBuffer;
   return isShared ? value.slice() : value;
 }
 
