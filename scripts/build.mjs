@@ -13,7 +13,7 @@ import { compileWasm, ensureBindgen } from './wasm.mjs';
 export const DIST = path.join(ROOT, 'dist');
 const WWW = path.join(ROOT, 'www');
 /** Folders of www/ that are the package's, in dist/ as well. */
-export const PACKAGE_FOLDERS = ['client', 'core', 'platform', 'protocol'];
+export const PACKAGE_FOLDERS = ['client', 'core', 'platform', 'protocol', 'types'];
 /** The rest of www/ is the page. */
 const PACKAGE_FILES = [...readdirSync(WWW).filter((name) => /\.(js|d\.ts)$/.test(name)), ...PACKAGE_FOLDERS];
 /**

@@ -208,7 +208,7 @@ function interfaceOf(name, text, keys, first = '', sentences = {}) {
   return `\n${comment(text, '')}export interface ${name} {\n${first}${fields.join('')}}\n`;
 }
 
-/** `www/options.d.ts`. */
+/** `www/types/options.d.ts`. */
 function types() {
   const named = NAMED.map((name) => {
     const keys = keysOf(definitions[name]);
@@ -393,7 +393,7 @@ ${rows.join('')}});
 `;
 }
 
-/** `www/formats.d.ts`. */
+/** `www/types/formats.d.ts`. */
 function formatNames() {
   const of = (/** @type {string} */ kind) => {
     const names = Object.keys(formats).filter((name) => formats[name].kind === kind);
@@ -414,11 +414,11 @@ export type ProgramFormat =${of('export')};
 /** The files, and what shall be in them. @returns {Record<string, string>} */
 export function generated() {
   return {
-    'www/options.d.ts': types(),
+    'www/types/options.d.ts': types(),
     'python/package/hexcast/_options.py': names(),
     'docs/options.md': reference(),
     'www/client/format_rows.js': rows(),
-    'www/formats.d.ts': formatNames(),
+    'www/types/formats.d.ts': formatNames(),
   };
 }
 

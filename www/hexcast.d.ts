@@ -17,21 +17,21 @@
  * never detached or changed; every typed array that a call returns belongs to the caller. Lengths are in the unit of the files,
  * cells are counted from 0, ends of ranges are exclusive, and x varies fastest: `flags[x + nx * (y + ny * z)]`.
  */
-import type { Estimate, FileInfo, FileSource, Surface, SurfaceSource } from './job.js';
-import type { Level } from './measured.js';
-import type { Job } from './options.js';
-import type { Format, FormatFacts, Mesh } from './result.js';
-import type { Scene, SceneOptions } from './scene.js';
+import type { Estimate, FileInfo, FileSource, Surface, SurfaceSource } from './types/job.js';
+import type { Level } from './types/measured.js';
+import type { Job } from './types/options.js';
+import type { Format, FormatFacts, Mesh } from './types/result.js';
+import type { Scene, SceneOptions } from './types/scene.js';
 import './globals.js';
 
-export type * from './formats.js';
-export type * from './job.js';
-export type * from './options.js';
-export type * from './measured.js';
-export type * from './pictures.js';
-export type * from './report.js';
-export type * from './result.js';
-export type * from './scene.js';
+export type * from './types/formats.js';
+export type * from './types/job.js';
+export type * from './types/options.js';
+export type * from './types/measured.js';
+export type * from './types/pictures.js';
+export type * from './types/report.js';
+export type * from './types/result.js';
+export type * from './types/scene.js';
 
 /** Stable codes of {@link HexcastError}; the same as those of the native library. */
 export type ErrorCode =
@@ -115,7 +115,7 @@ export interface MesherOptions {
   backend?: BackendChoice;
   /**
    * Threads of what the processor does, 1 to 256; 1 for none but that of the mesher. By default as many as the processor has, at most 16, in
-   * Node and in pages that are isolated from other origins (`crossOriginIsolated`), where workers may share memory; 1 in Firefox, elsewhere, and with
+   * Node and in pages that are isolated from other origins (`crossOriginIsolated`), where workers may share memory; 1 elsewhere, and with
    * `wasm`, `worker` or `device`. The result is the same. More than 1 is the error `job-conflict` where there can be one only.
    */
   threads?: number;

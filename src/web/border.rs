@@ -91,7 +91,7 @@ struct FileInfo<'a> {
     warnings: &'a [String],
 }
 
-/// `FileInfo` of `www/job.d.ts`; the geometry has the facets of all solids.
+/// `FileInfo` of `www/types/job.d.ts`; the geometry has the facets of all solids.
 pub(super) fn file_info(source: &Source, geometry: &Geometry) -> String {
     let contents = &source.contents;
     json(&FileInfo {
@@ -120,7 +120,7 @@ struct EdgeInfo {
     shells: u64,
 }
 
-/// What `SurfaceInfo` of `www/job.d.ts` adds: the first of the surfaces is all solids together, the others are each of them if there are
+/// What `SurfaceInfo` of `www/types/job.d.ts` adds: the first of the surfaces is all solids together, the others are each of them if there are
 /// several.
 pub(super) fn edge_info(checked: &[Surface]) -> String {
     let Some((all, solids)) = checked.split_first() else { return String::new() };

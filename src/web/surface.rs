@@ -76,7 +76,7 @@ impl WebSurface {
         WebSurface::new(Source::from_facets(file, facets).map_err(js_error)?)
     }
 
-    /// Facts as JSON: `FileInfo` of `www/job.d.ts`.
+    /// Facts as JSON: `FileInfo` of `www/types/job.d.ts`.
     pub fn info(&self) -> String {
         file_info(&self.source, &self.geometry)
     }
@@ -92,7 +92,7 @@ impl WebSurface {
         WebWork::new(|control| async move { geometry.measured(&control).await.map(|_| JsValue::UNDEFINED) })
     }
 
-    /// Looks at the edges, of all its solids together and then of each. Makes facts as JSON: what `SurfaceInfo` of `www/job.d.ts` adds to
+    /// Looks at the edges, of all its solids together and then of each. Makes facts as JSON: what `SurfaceInfo` of `www/types/job.d.ts` adds to
     /// `FileInfo`.
     pub fn check(&self) -> WebWork {
         let solids = self.source.contents.solids.iter().map(|solid| solid.facets.clone());

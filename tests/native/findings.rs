@@ -18,7 +18,7 @@ fn every_code_is_listed_once_documented_and_known_to_the_types_and_no_other_is()
     for (index, code) in of_rust.iter().enumerate() {
         assert!(!of_rust[..index].contains(code), "{code} is listed twice");
     }
-    let types = read("www/report.d.ts");
+    let types = read("www/types/report.d.ts");
     let union = types.split("export type FindingCode =").nth(1).and_then(|rest| rest.split(';').next());
     let of_types: Vec<&str> = union.expect("the type").split('\'').skip(1).step_by(2).collect();
     assert_eq!(of_types, of_rust);

@@ -15,7 +15,10 @@ mod paths_of_command;
 /// The groups of all crates and their modules, in the order of the line: each may use those before it. All up to `derived` are the core; `files`
 /// and `gpu` are crates of their own. `gpu`, `web` and `bin` are one module each; `bin` and `web` stand side by side.
 const GROUPS: &[(&str, &[&str])] = &[
-    ("base", &["error", "finding", "parallel", "memory", "control", "sort", "checksum", "zlib", "length", "set"]),
+    (
+        "base",
+        &["error", "finding", "parallel", "memory", "control", "sort", "network", "checksum", "zlib", "length", "set"],
+    ),
     ("input", &["geometry", "edges", "surface", "preview", "read", "job", "sources"]),
     ("grid", &["domain", "lines", "totals", "frame", "closed", "volume_bound", "rays", "window"]),
     ("cells", &["columns", "flags", "volumes", "fingerprint"]),

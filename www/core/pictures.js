@@ -42,7 +42,7 @@ export function skinOf(mesh, maxQuads) {
 /**
  * Draws a picture in steps: slices, or a view.
  *
- * @param {import('./threads.js').Glue} glue
+ * @param {import('./core.js').Glue} glue
  * @param {import('../hexcast_wasm.js').WebMesh} mesh
  * @param {Asked} asked
  * @param {import('../protocol/call.js').State} state

@@ -6,7 +6,7 @@ const SLICE_BYTES = 4 << 20;
 /**
  * Reads a surface.
  *
- * @param {import('./threads.js').Glue} glue
+ * @param {import('./core.js').Glue} glue
  * @param {string} file its name
  * @param {Blob | Uint8Array} source
  * @param {import('../protocol/call.js').Listener} progress

@@ -14,6 +14,7 @@ pub mod base {
     pub mod finding;
     pub mod length;
     pub mod memory;
+    pub mod network;
     pub mod parallel;
     pub mod set;
     pub mod sort;

@@ -10,9 +10,7 @@ pub mod bits;
 pub mod cells;
 pub mod column_file;
 #[doc(hidden)]
-pub mod fractions;
-#[doc(hidden)]
-pub mod links;
+pub mod measured;
 pub mod npy;
 mod npz;
 mod options;
@@ -20,9 +18,6 @@ mod ordered;
 pub mod raw;
 pub mod sidecar;
 mod sink;
-mod solid;
-#[doc(hidden)]
-pub mod staggered;
 pub(crate) mod store;
 pub mod vti;
 mod vtp;
@@ -42,12 +37,15 @@ use hexcast_core::grid::lines::Lines;
 
 pub use archive::{Array, write_arrays};
 use cells::Cells;
-pub use fractions::write_fractions;
-pub use links::{LinksFormat, write_links};
+pub use measured::fractions::write_fractions;
+pub use measured::links::{LinksFormat, write_links};
+use measured::solid;
+pub use measured::staggered::write_staggered;
+#[doc(hidden)]
+pub use measured::{fractions, links, staggered};
 pub use options::{AxisOrder, Compress, Format, Options, Written};
 pub use sidecar::sidecar_json;
 pub use sink::Sink;
-pub use staggered::write_staggered;
 pub use store::Place;
 use store::{OfCells, Store};
 pub use vtp::leak_vtp;

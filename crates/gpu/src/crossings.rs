@@ -13,10 +13,11 @@ use crate::{Gpu, Options, Pace, Usage};
 use hexcast_core::base::control::Control;
 use hexcast_core::base::error::Result;
 use hexcast_core::base::parallel::*;
+use hexcast_core::base::sort::by_number;
 use hexcast_core::stages::cast::Cast;
 use hexcast_core::stages::cast::sizes::BIN;
 use hexcast_core::stages::cpu::{over_windows, window_of_rows};
-use hexcast_core::stages::crossings::{Crossings, by_ray};
+use hexcast_core::stages::crossings::Crossings;
 
 /// Ray rows that one task puts in order.
 const ROWS: u32 = 16;
@@ -144,7 +145,8 @@ impl Returned<'_> {
                 }
             }
         }
-        let (offsets, both) = by_ray(&hits, ((end_row - first_row) * n_i) as usize);
+        let (mut offsets, mut both) = (Vec::new(), Vec::new());
+        by_number(hits.iter().copied(), ((end_row - first_row) * n_i) as usize, &mut offsets, &mut both);
         let facets = if facets.is_empty() { vec![] } else { both.iter().map(|both| both[1]).collect() };
         let first_ray = u64::from(first_row) * u64::from(n_i);
         Ok(Crossings { first_ray, offsets, events: both.iter().map(|both| both[0]).collect(), facets })

@@ -7,10 +7,7 @@ use std::sync::{Arc, OnceLock};
 
 use wgpu::{ComputePipeline, Device, ShaderModuleDescriptor, ShaderSource};
 
-#[cfg(target_arch = "wasm32")]
-use hexcast_core::base::parallel::single::*;
-#[cfg(not(target_arch = "wasm32"))]
-use hexcast_core::base::parallel::*;
+use hexcast_core::base::parallel::bound::*;
 
 /// The text of a file in `shaders/`, stripped.
 macro_rules! wgsl {

@@ -7,10 +7,7 @@
 
 use crate::buffers::DeepBuffers;
 use crate::layout::Params;
-#[cfg(target_arch = "wasm32")]
-use hexcast_core::base::parallel::single::*;
-#[cfg(not(target_arch = "wasm32"))]
-use hexcast_core::base::parallel::*;
+use hexcast_core::base::parallel::bound::*;
 use hexcast_core::cells::columns::Band;
 use hexcast_core::set;
 use hexcast_core::stages::cast::sizes::{BIN, MAX_LAYERS};

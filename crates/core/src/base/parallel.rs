@@ -2,12 +2,15 @@
 //! that the page does not load a scheduler that it cannot use.
 
 #[cfg(any(not(target_arch = "wasm32"), target_feature = "atomics"))]
-use std::ops::Range;
-
-#[cfg(any(not(target_arch = "wasm32"), target_feature = "atomics"))]
-pub use rayon::prelude::*;
+pub use several::*;
 #[cfg(not(any(not(target_arch = "wasm32"), target_feature = "atomics")))]
 pub use single::*;
+
+/// The same for what is bound to its thread in wasm, as objects of JavaScript are.
+#[cfg(not(target_arch = "wasm32"))]
+pub use several as bound;
+#[cfg(target_arch = "wasm32")]
+pub use single as bound;
 
 /// Whether there can be more threads than one. Where not, work is done in small rounds, between which the caller rests.
 pub const HAS_THREADS: bool = cfg!(any(not(target_arch = "wasm32"), target_feature = "atomics"));
@@ -57,25 +60,30 @@ mod pool {
     }
 }
 
-/// Runs `other` on another core, if there is one, while this thread runs `here`; returns what `here` does.
+/// On threads.
 #[cfg(any(not(target_arch = "wasm32"), target_feature = "atomics"))]
-pub fn beside<T>(other: impl FnOnce() + Send, here: impl FnOnce() -> T) -> T {
-    rayon::in_place_scope(|scope| {
-        scope.spawn(|_| other());
-        here()
-    })
-}
+pub mod several {
+    use std::ops::Range;
 
-/// What becomes of numbers, in their order, on all cores; a core works in memory that it uses again.
-#[cfg(any(not(target_arch = "wasm32"), target_feature = "atomics"))]
-pub fn map_within<S: Default, T: Send>(numbers: Range<u32>, of: impl Fn(&mut S, u32) -> T + Sync + Send) -> Vec<T> {
-    numbers.into_par_iter().map_init(S::default, of).collect()
-}
+    pub use rayon::prelude::*;
 
-/// Appends what becomes of items, in their order, on all cores.
-#[cfg(any(not(target_arch = "wasm32"), target_feature = "atomics"))]
-pub fn extend_with<A: Sync, T: Send>(all: &mut Vec<T>, items: &[A], of: impl Fn(&A) -> T + Sync + Send) {
-    all.par_extend(items.par_iter().map(of));
+    /// Runs `other` on another core, if there is one, while this thread runs `here`; returns what `here` does.
+    pub fn beside<T>(other: impl FnOnce() + Send, here: impl FnOnce() -> T) -> T {
+        rayon::in_place_scope(|scope| {
+            scope.spawn(|_| other());
+            here()
+        })
+    }
+
+    /// What becomes of numbers, in their order, on all cores; a core works in memory that it uses again.
+    pub fn map_within<S: Default, T: Send>(numbers: Range<u32>, of: impl Fn(&mut S, u32) -> T + Sync + Send) -> Vec<T> {
+        numbers.into_par_iter().map_init(S::default, of).collect()
+    }
+
+    /// Appends what becomes of items, in their order, on all cores.
+    pub fn extend_with<A: Sync, T: Send>(all: &mut Vec<T>, items: &[A], of: impl Fn(&A) -> T + Sync + Send) {
+        all.par_extend(items.par_iter().map(of));
+    }
 }
 
 /// The names of rayon on one thread: in wasm also what has objects of JavaScript, which do not leave their thread.

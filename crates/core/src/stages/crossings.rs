@@ -15,7 +15,7 @@
 
 use std::ops::Range;
 
-use crate::base::sort::sort;
+use crate::base::sort::{by_number, sort};
 use crate::grid::frame::Frame;
 use crate::grid::rays::Rays;
 use crate::stages::crossings::rows::{Height, List, Rows};
@@ -144,12 +144,17 @@ fn crossings_of_bins<'a>(
     with_facets: bool,
 ) -> Crossings {
     let n_rays = window[0].len() * window[1].len();
-    let (offsets, events, facets) = if with_facets {
-        let (offsets, both) = by_ray(&cast(onto, bins, window, |event, facet| [event, facet]), n_rays);
-        (offsets, both.iter().map(|both| both[0]).collect(), both.iter().map(|both| both[1]).collect())
+    let mut offsets = Vec::new();
+    let (events, facets) = if with_facets {
+        let hits = cast(onto, bins, window, |event, facet| [event, facet]);
+        let mut both = Vec::new();
+        by_number(hits.iter().copied(), n_rays, &mut offsets, &mut both);
+        (both.iter().map(|both| both[0]).collect(), both.iter().map(|both| both[1]).collect())
     } else {
-        let (offsets, events) = by_ray(&cast(onto, bins, window, |event, _| event), n_rays);
-        (offsets, events, Vec::new())
+        let hits = cast(onto, bins, window, |event, _| event);
+        let mut events = Vec::new();
+        by_number(hits.iter().copied(), n_rays, &mut offsets, &mut events);
+        (events, Vec::new())
     };
     let first_ray = u64::from(window[1].start) * u64::from(onto.1.counts[0]) + u64::from(window[0].start);
     Crossings { first_ray, offsets, events, facets }
@@ -185,25 +190,6 @@ pub(crate) fn hits(facet: &Projected, (frame, rays): (&Frame, &Rays), window: &[
     } else {
         RowCaster::new(facet, frame.fraction_bits, rays.depth).hits(window, rows);
     }
-}
-
-/// Sorts what was hit by ray, a counting sort: the first of each ray, then the end, and what was hit.
-pub fn by_ray<T: Copy + Default>(hits: &[(u32, T)], n_rays: usize) -> (Vec<u32>, Vec<T>) {
-    let mut offsets = vec![0u32; n_rays + 2];
-    for (ray, _) in hits {
-        offsets[*ray as usize + 2] += 1;
-    }
-    for ray in 2..n_rays + 2 {
-        offsets[ray] += offsets[ray - 1];
-    }
-    let mut sorted = vec![T::default(); hits.len()];
-    for &(ray, hit) in hits {
-        let next = &mut offsets[ray as usize + 1];
-        sorted[*next as usize] = hit;
-        *next += 1;
-    }
-    offsets.pop();
-    (offsets, sorted)
 }
 
 /// Quotient, rounded down, and remainder by a positive number. Euclid's, but compiled where it is used also where all code is

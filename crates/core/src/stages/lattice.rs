@@ -11,6 +11,7 @@
 use std::ops::Range;
 
 use crate::base::parallel::*;
+use crate::base::sort::by_number;
 use crate::grid::frame::{Frame, SnappedFacet};
 use crate::grid::rays::Rays;
 use crate::stages::facet::Projected;
@@ -62,19 +63,8 @@ pub fn lattice(frame: &Frame, rays: &Rays, bin: [u32; 2], rows: Range<u32>) -> L
     };
     let chunks: Vec<Vec<(u32, u32)>> =
         on_all_cores(|| frame.facets.par_chunks(CHUNK).enumerate().map(pairs_of_chunk).collect());
-    let mut offsets = vec![0u32; n_bins + 1];
-    for (bin, _) in chunks.iter().flatten() {
-        offsets[*bin as usize + 1] += 1;
-    }
-    for bin in 0..n_bins {
-        offsets[bin + 1] += offsets[bin];
-    }
-    let mut next = offsets.clone();
-    let mut facets = vec![0u32; offsets[n_bins] as usize];
-    for (bin, facet) in chunks.iter().flatten() {
-        facets[next[*bin as usize] as usize] = *facet;
-        next[*bin as usize] += 1;
-    }
+    let (mut offsets, mut facets) = (Vec::new(), Vec::new());
+    by_number(chunks.iter().flatten().copied(), n_bins, &mut offsets, &mut facets);
     Lattice { bin, n_across, rows, offsets, facets }
 }
 

@@ -9,17 +9,17 @@
 
 use std::ops::Range;
 
+use crate::base::network::{self, SLOTS};
+use crate::base::sort::by_number;
 use crate::cells::columns::{Band, run};
 use crate::grid::frame::Frame;
 use crate::grid::rays::Rays;
 use crate::stages::crossings::rows::{Height, Rows};
-use crate::stages::crossings::{by_ray, event, hits};
+use crate::stages::crossings::{event, hits};
 use crate::stages::facet::Projected;
 use crate::stages::lattice::Lattice;
 use crate::stages::map::{Mapping, Rule, Sweep};
 
-/// Slots of a ray.
-const SLOTS: usize = 8;
 /// Rays whose slots are sorted at once.
 const LANES: usize = 8;
 /// The bits of a crossing below its cell, and those of its rank.
@@ -185,7 +185,11 @@ impl<K: Key> Slots<K> {
     fn map(&self, rows: &Range<u32>, runs: &mut Vec<u32>, mut mapper: impl Mapper<K>) -> Band {
         let n_rays = rows.len() * self.n_across as usize;
         let n_crossings = self.counts.iter().map(|&count| u64::from(count)).sum::<u64>() + self.further.len() as u64;
-        let further = (!self.further.is_empty()).then(|| by_ray(&self.further, self.stride));
+        let further = (!self.further.is_empty()).then(|| {
+            let (mut offsets, mut keys) = (Vec::new(), Vec::new());
+            by_number(self.further.iter().copied(), self.stride, &mut offsets, &mut keys);
+            (offsets, keys)
+        });
         // the lanes write all slots of a ray, of which the next ray overwrites those that are no runs
         runs.resize(runs.len().max(n_crossings as usize + SLOTS), 0);
         let mut band = Band {
@@ -230,67 +234,8 @@ impl<K: Key> Slots<K> {
     /// The slots of rays, sorted; those that are not in use come last.
     #[inline(always)]
     fn sorted(&self, first: usize, counts: &Lane<u8>, most: u8) -> [Lane<K>; SLOTS] {
-        let mut slots: [Lane<K>; SLOTS] = std::array::from_fn(|slot| [K::empty(slot); LANES]);
-        let n_slots = if most <= 2 {
-            2
-        } else if most <= 4 {
-            4
-        } else {
-            SLOTS
-        };
-        for slot in 0..n_slots {
-            let keys: Lane<K> = self.slots[slot * self.stride + first..][..LANES].try_into().expect("lanes");
-            for lane in 0..LANES {
-                slots[slot][lane] = if counts[lane] > slot as u8 { keys[lane] } else { K::empty(slot) };
-            }
-        }
-        match n_slots {
-            2 => order(&mut slots, 0, 1),
-            4 => sort_4(&mut slots),
-            _ => sort_8(&mut slots),
-        }
-        slots
+        network::sorted((&self.slots[first..], self.stride), counts, most, K::empty)
     }
-}
-
-/// Puts two slots in order, in all lanes.
-#[inline(always)]
-fn order<K: Key>(slots: &mut [Lane<K>; SLOTS], a: usize, b: usize) {
-    let (low, high) = (slots[a], slots[b]);
-    for lane in 0..LANES {
-        slots[a][lane] = low[lane].min(high[lane]);
-        slots[b][lane] = low[lane].max(high[lane]);
-    }
-}
-
-/// Sorts the first four slots with the network of five comparisons.
-#[inline(always)]
-fn sort_4<K: Key>(slots: &mut [Lane<K>; SLOTS]) {
-    order(slots, 0, 1);
-    order(slots, 2, 3);
-    order(slots, 0, 2);
-    order(slots, 1, 3);
-    order(slots, 1, 2);
-}
-
-/// Sorts all eight slots with Batcher's odd-even merge network.
-#[inline(always)]
-fn sort_8<K: Key>(slots: &mut [Lane<K>; SLOTS]) {
-    sort_4(slots);
-    order(slots, 4, 5);
-    order(slots, 6, 7);
-    order(slots, 4, 6);
-    order(slots, 5, 7);
-    order(slots, 5, 6);
-    order(slots, 0, 4);
-    order(slots, 1, 5);
-    order(slots, 2, 6);
-    order(slots, 3, 7);
-    order(slots, 2, 4);
-    order(slots, 3, 5);
-    order(slots, 1, 2);
-    order(slots, 3, 4);
-    order(slots, 5, 6);
 }
 
 /// What makes runs of the sorted crossings of rays.
@@ -470,24 +415,6 @@ mod tests {
     use super::*;
     use crate::stages::crossings::Crossings;
     use crate::stages::map::map;
-
-    #[test]
-    fn networks_sort_every_pattern_of_zeros_and_ones() {
-        for first in (0..256i16).step_by(LANES) {
-            let bits: [Lane<i16>; SLOTS] =
-                std::array::from_fn(|slot| std::array::from_fn(|lane| (first + lane as i16) >> slot & 1));
-            let (mut four, mut eight) = (bits, bits);
-            sort_4(&mut four);
-            sort_8(&mut eight);
-            for lane in 0..LANES {
-                let of_lane = |slots: [Lane<i16>; SLOTS]| slots.map(|slot| slot[lane]);
-                let n_ones: i16 = of_lane(bits).iter().sum();
-                assert!(of_lane(eight).is_sorted() && of_lane(eight).iter().sum::<i16>() == n_ones);
-                assert!(of_lane(four)[..4].is_sorted() && of_lane(four)[4..] == of_lane(bits)[4..]);
-                assert_eq!(of_lane(four).iter().sum::<i16>(), n_ones);
-            }
-        }
-    }
 
     /// A number below n, from an LCG (Numerical Recipes), so that the cases are the same everywhere.
     fn below(state: &mut u32, n: u32) -> u32 {

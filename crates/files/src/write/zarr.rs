@@ -19,7 +19,7 @@ use hexcast_core::derived::mesh::{Mesh, Named};
 use hexcast_core::grid::lines::Lines;
 
 use super::Options;
-use super::solid::cells_of_store;
+use super::measured::solid::cells_of_store;
 use super::store::{Head, OfCells, Store};
 use crate::shards::Shards;
 pub use check::Stored;

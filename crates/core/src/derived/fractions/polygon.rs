@@ -5,10 +5,10 @@
 
 use std::ops::Range;
 
+use crate::base::sort::by_number;
 use crate::grid::frame::{Frame, SnappedFacet};
 use crate::grid::lines::Lines;
 use crate::grid::window::CellWindow;
-use crate::stages::crossings::by_ray;
 
 pub(super) type Point = [f64; 3];
 
@@ -43,7 +43,8 @@ impl<'a> FacetRows<'a> {
                 pairs.extend((row(planes.start)..=row(planes.end - 1)).map(|row| (row, index)));
             }
         }
-        let (offsets, facets) = by_ray(&pairs, n_rows);
+        let (mut offsets, mut facets) = (Vec::new(), Vec::new());
+        by_number(pairs.iter().copied(), n_rows, &mut offsets, &mut facets);
         FacetRows { frame, window, lines, offsets, facets }
     }
 

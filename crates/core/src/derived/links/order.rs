@@ -4,7 +4,7 @@
 
 use super::Link;
 use super::field::place;
-use crate::base::sort::sort_nearly_by_key;
+use crate::base::sort::{by_number, sort_nearly_by_key};
 
 /// Links of a direction on some rays, plane after plane, and in each plane in the order of rays.
 pub(super) struct ByPlane {
@@ -16,20 +16,14 @@ pub(super) struct ByPlane {
 }
 
 impl ByPlane {
-    /// Sorts the links of some rays by plane; the two lists are used again.
-    pub(super) fn new(links: &[Link], counts: &mut Vec<u32>, order: &mut Vec<u32>) -> ByPlane {
+    /// Sorts the links of some rays by plane; the list is used again.
+    pub(super) fn new(links: &[Link], order: &mut Vec<u32>) -> ByPlane {
         let planes = || links.iter().map(|link| link.cell[2]);
         let (first, last) = (planes().min().unwrap_or(0), planes().max().unwrap_or(0));
-        count(planes().map(|plane| plane - first), (last - first) as usize + 1, counts);
-        let offsets = counts.clone();
-        if planes().is_sorted() {
-            return ByPlane { first, offsets, links: links.to_vec() };
-        }
-        order.resize(order.len().max(links.len()), 0);
-        for (at, plane) in (0u32..).zip(planes()) {
-            order[next(counts, plane - first)] = at;
-        }
-        ByPlane { first, offsets, links: order[..links.len()].iter().map(|&at| links[at as usize]).collect() }
+        let mut offsets = Vec::new();
+        let numbers = planes().map(|plane| plane - first).zip(0u32..);
+        let order = by_number(numbers, (last - first) as usize + 1, &mut offsets, order);
+        ByPlane { first, offsets, links: order.iter().map(|&at| links[at as usize]).collect() }
     }
 
     fn of_plane(&self, z: u32) -> &[Link] {
@@ -45,10 +39,10 @@ impl ByPlane {
 #[derive(Default)]
 pub(super) struct Memory {
     links: Vec<Link>,
-    /// Of each x, then of each y, where the next link goes.
-    counts: [Vec<u32>; 2],
+    /// Of each x, then of each y, where its links begin.
+    firsts: Vec<u32>,
     /// y of links by x, and which they are.
-    by_x: Vec<[u32; 2]>,
+    by_x: Vec<(u32, u32)>,
     order: Vec<u32>,
 }
 
@@ -59,7 +53,7 @@ pub(super) fn in_order<'a>(
     dims: [u32; 3],
     memory: &mut Memory,
 ) -> Vec<Link> {
-    let Memory { links, counts: [of_x, of_y], by_x, order } = memory;
+    let Memory { links, firsts, by_x, order } = memory;
     links.clear();
     parts.for_each(|part| links.extend_from_slice(part.of_plane(z)));
     // to count along long sides would take longer
@@ -68,34 +62,10 @@ pub(super) fn in_order<'a>(
         sort_nearly_by_key(&mut links, |link| place(link.cell, link.direction, dims));
         return links;
     }
-    count(links.iter().map(|link| link.cell[0]), dims[0] as usize, of_x);
-    count(links.iter().map(|link| link.cell[1]), dims[1] as usize, of_y);
-    by_x.resize(by_x.len().max(links.len()), [0; 2]);
-    order.resize(order.len().max(links.len()), 0);
-    for (at, link) in (0u32..).zip(links.iter()) {
-        by_x[next(of_x, link.cell[0])] = [link.cell[1], at];
-    }
-    for &[y, at] in &by_x[..links.len()] {
-        order[next(of_y, y)] = at;
-    }
-    order[..links.len()].iter().map(|&at| links[at as usize]).collect()
-}
-
-/// The first place of each number below `n`, then the end, in the list of these numbers once it is sorted.
-fn count(numbers: impl Iterator<Item = u32>, n: usize, firsts: &mut Vec<u32>) {
-    firsts.clear();
-    firsts.resize(n + 1, 0);
-    numbers.for_each(|number| firsts[number as usize + 1] += 1);
-    for number in 1..n {
-        firsts[number + 1] += firsts[number];
-    }
-}
-
-/// The next place of a number.
-fn next(firsts: &mut [u32], number: u32) -> usize {
-    let next = &mut firsts[number as usize];
-    *next += 1;
-    *next as usize - 1
+    let xs = links.iter().zip(0u32..).map(|(link, at)| (link.cell[0], (link.cell[1], at)));
+    let by_x = by_number(xs, dims[0] as usize, firsts, by_x);
+    let order = by_number(by_x.iter().copied(), dims[1] as usize, firsts, order);
+    order.iter().map(|&at| links[at as usize]).collect()
 }
 
 #[cfg(test)]
@@ -124,9 +94,9 @@ mod tests {
                     found.iter().filter(|link| link.direction == direction).copied().collect();
                 of_direction.sort_by_key(|link| [link.cell[1], link.cell[0], link.cell[2]]);
                 let half = of_direction.len() / 2;
-                let (mut counts, mut order) = (Vec::new(), Vec::new());
+                let mut order = Vec::new();
                 let (one, other) = of_direction.split_at(half);
-                parts.extend([one, other].map(|links| ByPlane::new(links, &mut counts, &mut order)));
+                parts.extend([one, other].map(|links| ByPlane::new(links, &mut order)));
             }
             let mut memory = Memory::default();
             let ordered: Vec<Link> = (0..dims[2]).flat_map(|z| in_order(parts.iter(), z, dims, &mut memory)).collect();

@@ -17,6 +17,7 @@ use super::Link;
 use super::order::ByPlane;
 use super::walk::{Between, Scratch, Walk};
 use crate::base::error::Result;
+use crate::base::sort::{by_counts, clear_counts, count_of};
 use crate::stages::crossings::rows::{Height, Rows};
 use crate::stages::crossings::{event, hits};
 use crate::stages::facet::Projected;
@@ -73,7 +74,6 @@ pub(super) struct Memory {
     events: Vec<[u32; 2]>,
     /// Along the rays, and against them.
     links: [Vec<Link>; 2],
-    counts: Vec<u32>,
     order: Vec<u32>,
     scratch: Option<Scratch>,
 }
@@ -81,7 +81,7 @@ pub(super) struct Memory {
 /// Takes the hits of a facet.
 struct Taken<'a> {
     hits: &'a mut Vec<(u32, Crossing)>,
-    /// Of each ray two places further.
+    /// Of each ray.
     counts: &'a mut [u32],
     first_row: u32,
     n_across: u32,
@@ -100,7 +100,7 @@ impl Rows for Taken<'_> {
             rest: height.above_centre(),
         };
         self.hits.extend((start..).zip(hits.map(crossing)));
-        self.counts[start as usize + 2..][..across.len()].iter_mut().for_each(|count| *count += 1);
+        self.counts[count_of(start)..][..across.len()].iter_mut().for_each(|count| *count += 1);
     }
 }
 
@@ -117,8 +117,8 @@ impl Walk<'_> {
         let first = row * lattice.bin[1];
         let rows = first..(first + lattice.bin[1]).min(rays.counts[1]);
         self.cast(lattice.bin_facets(0, row), &rows, starts, memory);
-        memory.sort();
-        let Memory { met, offsets, sorted, events, links, scratch, .. } = memory;
+        let Memory { met, hits, offsets, sorted, events, links, scratch, .. } = memory;
+        by_counts(hits.iter().copied(), offsets, sorted);
         links.iter_mut().for_each(Vec::clear);
         let kinds = self.field.kinds;
         let mut inside = Inside::new(kinds, self.field.rule);
@@ -158,7 +158,7 @@ impl Walk<'_> {
             }
         }
         let [along, against] = links;
-        let mut by_plane = |links: &[Link]| ByPlane::new(links, &mut memory.counts, &mut memory.order);
+        let mut by_plane = |links: &[Link]| ByPlane::new(links, &mut memory.order);
         Ok([by_plane(along), by_plane(against)])
     }
 
@@ -169,8 +169,7 @@ impl Walk<'_> {
         let Memory { met, hits: found, offsets, .. } = memory;
         met.clear();
         found.clear();
-        offsets.clear();
-        offsets.resize(window[0].len() * rows.len() + 2, 0);
+        clear_counts(window[0].len() * rows.len(), offsets);
         let bits = frame.fraction_bits;
         for &facet in facets {
             let Some(projected) = Projected::new(&frame.facets[facet as usize], frame, rays) else { continue };
@@ -228,23 +227,6 @@ impl Walk<'_> {
 
     fn flag(&self, inside: &Inside) -> u8 {
         inside.flag(&self.field.frame.ranks.flag_of_rank)
-    }
-}
-
-impl Memory {
-    /// Sorts crossings by ray: a counting sort.
-    fn sort(&mut self) {
-        let Memory { hits, offsets, sorted, .. } = self;
-        for ray in 2..offsets.len() {
-            offsets[ray] += offsets[ray - 1];
-        }
-        sorted.resize(sorted.len().max(hits.len()), Crossing::default());
-        for &(ray, crossing) in hits.iter() {
-            let next = &mut offsets[ray as usize + 1];
-            sorted[*next as usize] = crossing;
-            *next += 1;
-        }
-        offsets.pop();
     }
 }
 

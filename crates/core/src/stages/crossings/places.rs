@@ -11,14 +11,13 @@
 use std::ops::Range;
 
 use super::rows::{Height, Rows};
+use crate::base::network::{self, SLOTS};
 use crate::grid::frame::Frame;
 use crate::grid::rays::Rays;
 use crate::stages::facet::Projected;
 
 /// Lowest bits of a crossing: `rank << 1 | direction`.
 const EVENT_BITS: u32 = 9;
-/// Slots of a ray.
-const SLOTS: usize = 8;
 /// What makes a positive number of the bits of a crossing, which are fewer than 60.
 const NUMBER: u64 = 1 << 62;
 
@@ -40,8 +39,6 @@ pub(crate) struct Places {
 const AT_ONCE: usize = 8;
 /// Rays whose slots are sorted at once.
 const LANES: usize = 4;
-/// The same slot of such rays.
-type Lane = [f64; LANES];
 
 /// Place of a crossing.
 #[inline(always)]
@@ -156,48 +153,13 @@ impl Places {
     #[inline(always)]
     fn sort(&mut self, first: usize) {
         let counts: [u8; LANES] = self.counts[first..first + LANES].try_into().expect("lanes");
-        let n_slots = match counts.into_iter().max().unwrap_or(0) {
-            0 | 1 => return,
-            2 => 2,
-            3 | 4 => 4,
-            _ => SLOTS,
-        };
-        let mut slots = [[f64::INFINITY; LANES]; SLOTS];
-        for slot in 0..n_slots {
-            let numbers: Lane = self.slots[slot * self.stride + first..][..LANES].try_into().expect("lanes");
-            for lane in 0..LANES {
-                slots[slot][lane] = if usize::from(counts[lane]) > slot { numbers[lane] } else { f64::INFINITY };
-            }
+        let most = counts.into_iter().max().unwrap_or(0);
+        if most < 2 {
+            return;
         }
-        match n_slots {
-            2 => order(&mut slots, &[SORT_4[0]]),
-            4 => order(&mut slots, &SORT_4),
-            _ => {
-                order(&mut slots, &SORT_4);
-                order(&mut slots, &MERGE_8);
-            }
-        }
-        for slot in 0..n_slots {
-            self.slots[slot * self.stride + first..][..LANES].copy_from_slice(&slots[slot]);
-        }
-    }
-}
-
-/// The network of five comparisons for four slots; its first is that for two.
-const SORT_4: [[usize; 2]; 5] = [[0, 1], [2, 3], [0, 2], [1, 3], [1, 2]];
-/// What makes Batcher's odd-even merge network for eight of it.
-const MERGE_8: [[usize; 2]; 14] =
-    [[4, 5], [6, 7], [4, 6], [5, 7], [5, 6], [0, 4], [1, 5], [2, 6], [3, 7], [2, 4], [3, 5], [1, 2], [3, 4], [5, 6]];
-
-/// Puts pairs of slots in order, in all lanes.
-#[inline(always)]
-fn order<const N: usize>(slots: &mut [Lane; SLOTS], pairs: &[[usize; 2]; N]) {
-    for [a, b] in *pairs {
-        let (low, high) = (slots[a], slots[b]);
-        for lane in 0..LANES {
-            let is_in_order = low[lane] < high[lane];
-            slots[a][lane] = if is_in_order { low[lane] } else { high[lane] };
-            slots[b][lane] = if is_in_order { high[lane] } else { low[lane] };
+        let sorted = network::sorted((&self.slots[first..], self.stride), &counts, most, |_| f64::INFINITY);
+        for (slot, numbers) in sorted[..network::slots_of(most)].iter().enumerate() {
+            self.slots[slot * self.stride + first..][..LANES].copy_from_slice(numbers);
         }
     }
 }

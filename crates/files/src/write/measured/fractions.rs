@@ -2,8 +2,8 @@
 
 use std::io;
 
-use super::Compress;
-use super::archive::{Array, write_named};
+use crate::write::Compress;
+use crate::write::archive::{Array, write_named};
 use hexcast_core::base::error::Result;
 use hexcast_core::derived::fractions::{CutSurface, Fraction, Fractions, Part};
 

@@ -2,8 +2,8 @@
 
 use std::io;
 
-use super::archive::Array;
-use super::{Compress, Sink, archive};
+use crate::write::archive::Array;
+use crate::write::{Compress, Sink, archive};
 use hexcast_core::base::control::{Control, at_once};
 use hexcast_core::base::error::{Error, Result};
 use hexcast_core::derived::links::{Link, Links};

@@ -1,5 +1,5 @@
 /** What comes out: the mesh, its flags and its files. */
-import type { CallOptions, Device, FileSource } from './hexcast.js';
+import type { CallOptions, Device, FileSource } from '../hexcast.js';
 import type { CellsFormat, MeasuredFormat, ProgramFormat } from './formats.js';
 import type { Job } from './options.js';
 import type { Fractions, Links, Staggered } from './measured.js';

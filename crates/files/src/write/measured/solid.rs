@@ -5,8 +5,8 @@
 
 use serde_json::json;
 
-use super::store::OfCells;
-use super::{Format, npy};
+use crate::write::store::OfCells;
+use crate::write::{Format, npy};
 use hexcast_core::base::error::{Error, Result};
 use hexcast_core::cells::columns::Columns;
 use hexcast_core::cells::flags::{CellBox, flags_of_box};
@@ -14,7 +14,7 @@ use hexcast_core::derived::fractions::Fractions;
 use hexcast_core::derived::mesh::Mesh;
 
 /// Refuses a format that holds no fractions of cells.
-pub(super) fn check_format(format: Format) -> Result<()> {
+pub(in crate::write) fn check_format(format: Format) -> Result<()> {
     if matches!(format, Format::Vti | Format::Vtr | Format::Npy | Format::ZarrZip) {
         return Ok(());
     }
@@ -23,12 +23,12 @@ pub(super) fn check_format(format: Format) -> Result<()> {
 }
 
 /// Everything before the numbers of `.npy`.
-pub(super) fn npy_header([nx, ny, nz]: [u32; 3]) -> Vec<u8> {
+pub(in crate::write) fn npy_header([nx, ny, nz]: [u32; 3]) -> Vec<u8> {
     npy::header_of("<f4", &format!("({nz}, {ny}, {nx})"))
 }
 
 /// The numbers of consecutive cells, the first of which has this index, by their flags.
-pub(super) fn bytes(flags: &[u8], first: u64, fractions: &Fractions) -> Vec<u8> {
+pub(in crate::write) fn bytes(flags: &[u8], first: u64, fractions: &Fractions) -> Vec<u8> {
     solid(flags, first, fractions).flat_map(f32::to_le_bytes).collect()
 }
 
@@ -67,7 +67,7 @@ fn solid(flags: &[u8], first: u64, fractions: &Fractions) -> impl Iterator<Item 
 }
 
 /// Refuses fractions of another box than that of the mesh, and a mesh of which only the cells within a halo are measured.
-pub(super) fn check_dims(mesh: &Mesh, fractions: &Fractions) -> Result<()> {
+pub(in crate::write) fn check_dims(mesh: &Mesh, fractions: &Fractions) -> Result<()> {
     if fractions.halo > 0 {
         let message = format!("the mesh has a halo of {} cells, whose fractions are not measured", fractions.halo);
         return Err(Error::new(

@@ -1,5 +1,5 @@
 /** Jobs whose geometries move: of their meshes only what changed is made again. */
-import type { CallOptions, MeshOptions } from './hexcast.js';
+import type { CallOptions, MeshOptions } from '../hexcast.js';
 import type { Job } from './options.js';
 import type { Finding } from './report.js';
 import type { Bytes, Mesh, Uint32Numbers } from './result.js';

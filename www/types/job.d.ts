@@ -1,5 +1,5 @@
 /** What goes in besides the job: surfaces; and what a job would cost. */
-import type { CallOptions } from './hexcast.js';
+import type { CallOptions } from '../hexcast.js';
 import type { Grading } from './report.js';
 import type { Float32Numbers } from './result.js';
 

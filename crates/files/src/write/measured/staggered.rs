@@ -2,8 +2,8 @@
 
 use std::io;
 
-use super::archive::{Array, write_named};
-use super::{Compress, npz};
+use crate::write::archive::{Array, write_named};
+use crate::write::{Compress, npz};
 use hexcast_core::base::error::Result;
 use hexcast_core::derived::mesh::Mesh;
 use hexcast_core::derived::staggered::{COMPONENTS, SheetFace, Staggered};

@@ -1,0 +1,9 @@
+//! What is measured beside cells, and the fractions of their flags, as arrays.
+
+#[doc(hidden)]
+pub mod fractions;
+#[doc(hidden)]
+pub mod links;
+pub(in crate::write) mod solid;
+#[doc(hidden)]
+pub mod staggered;
