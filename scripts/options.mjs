@@ -354,7 +354,7 @@ Keys of a job file alone. In JavaScript and Python these are arguments of what w
 ${table(ofFile)}${inner.join('')}`;
 }
 
-/** The facts of formats, which the writers are asked for. @type {Record<string, import('../www/result.js').FormatFacts>} */
+/** The facts of formats, which the writers are asked for. @type {Record<string, import('../www/types/result.js').FormatFacts>} */
 const formats = readJson('docs/formats.json');
 const OF_FORMATS = '`npm run options` of docs/formats.json';
 
