@@ -28,7 +28,7 @@ const FIELDS = {
 /** A part of the schema with what it refers to. */
 function resolved(part) {
   const of = part.anyOf?.find(({ type }) => type !== 'null') ?? part;
-  return of.$ref ? { ...schema.$defs[of.$ref.split('/').at(-1)], description: part.description } : { ...part, ...of };
+  return of.$ref ? schema.$defs[of.$ref.split('/').at(-1)] : of;
 }
 
 /** The part of the schema at a place in a job. */

@@ -35,7 +35,7 @@ async function made({ knot, options }) {
 }
 
 for (const [name, open] of Object.entries({ Chromium: openChromium, Firefox: openFirefox })) {
-  test(`an isolated page of ${name} and any other make the same bytes, whatever their threads`, async ({
+  test(`an isolated page meshes on several threads in ${name}, and any other on one, with the same bytes`, async ({
     site,
     isolatedSite,
   }) => {
@@ -61,8 +61,8 @@ for (const [name, open] of Object.entries({ Chromium: openChromium, Firefox: ope
         [{ backend: 'cpu', threads: 1 }, 1],
         [{ backend: 'cpu', worker: false }, 1],
       ]) {
-        const [found] = await ask(isolatedSite, options);
-        assert.deepEqual(found, { ...one, isIsolated: true, threads, backend: options.backend }, JSON.stringify(options));
+        const [several] = await ask(isolatedSite, options);
+        assert.deepEqual(several, { ...one, isIsolated: true, threads, backend: options.backend }, JSON.stringify(options));
       }
     } finally {
       await browser.close();

@@ -86,14 +86,20 @@ mod tests {
     #[test]
     fn all_orders_of_zeros_and_ones_are_sorted() {
         // a network that sorts these sorts everything (Knuth, The Art of Computer Programming 3, 5.3.4, theorem Z)
-        for bits in 0u32..256 {
-            for used in 0..=SLOTS as u8 {
-                let slots: Vec<u32> = (0..SLOTS).map(|slot| bits >> slot & 1).collect();
-                let found = sorted((&slots, 1), &[used], used, |slot| 2 + slot as u32).map(|[key]| key);
-                let mut expected = slots[..usize::from(used)].to_vec();
-                expected.sort_unstable();
-                assert_eq!(found[..usize::from(used)], expected);
-                assert!(found[usize::from(used)..].iter().all(|&key| key > 1));
+        const LANES: usize = 4;
+        for first in (0u32..256).step_by(LANES) {
+            for most in 0..=SLOTS as u8 {
+                let of_lane = |lane: usize, slot: usize| (first + lane as u32) >> slot & 1;
+                let slots: Vec<u32> = (0..SLOTS * LANES).map(|at| of_lane(at % LANES, at / LANES)).collect();
+                let counts: [u8; LANES] = std::array::from_fn(|lane| most.saturating_sub(lane as u8));
+                let found = sorted((&slots, LANES), &counts, most, |slot| 2 + slot as u32);
+                for (lane, &count) in counts.iter().enumerate() {
+                    let keys = found.map(|slot| slot[lane]);
+                    let mut expected: Vec<u32> = (0..usize::from(count)).map(|slot| of_lane(lane, slot)).collect();
+                    expected.sort_unstable();
+                    assert_eq!(keys[..usize::from(count)], expected);
+                    assert!(keys[usize::from(count)..].iter().all(|&key| key > 1));
+                }
             }
         }
     }
