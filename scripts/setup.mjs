@@ -3,7 +3,7 @@
 import { fileURLToPath } from 'node:url';
 
 import { ensureS3 } from './cluster.mjs';
-import { ensureDeny } from './deny.mjs';
+import { ensureDeny } from './release/deny.mjs';
 import { ensure, ensureNodeModules, requireRust } from './machine.mjs';
 import { ensurePython } from './python.mjs';
 import { Steps } from './run.mjs';

@@ -2,7 +2,7 @@
 
 import path from 'node:path';
 
-import { ROOT, ask, isExecutable, run } from './run.mjs';
+import { ROOT, ask, isExecutable, run } from '../run.mjs';
 
 const VERSION = '0.20.2';
 const FOLDER = path.join(ROOT, '.tools/deny');

@@ -3,8 +3,8 @@
 import { mkdirSync, readFileSync, readdirSync, renameSync, rmSync, statSync } from 'node:fs';
 import path from 'node:path';
 
-import { buildNative } from './native.mjs';
-import { ROOT, ask, run } from './run.mjs';
+import { buildNative } from '../native.mjs';
+import { ROOT, ask, run } from '../run.mjs';
 
 /** Where all is built and installed. */
 export const FOLDER = path.join(ROOT, 'target/capi');

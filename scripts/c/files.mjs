@@ -3,9 +3,9 @@
 import { cpSync, mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
 
-import { FOLDER, SPOT, compiled, filesOf, fresh } from './capi.mjs';
-import { buildNative } from './native.mjs';
-import { ROOT, run } from './run.mjs';
+import { FOLDER, SPOT, compiled, filesOf, fresh } from './library.mjs';
+import { buildNative } from '../native.mjs';
+import { ROOT, run } from '../run.mjs';
 
 /** Files that C writes, and options of both: each ending of the command. @type {[string, string, string[]][]} */
 const FILES = [

@@ -4,9 +4,9 @@
 import { cpSync, existsSync, lstatSync, mkdirSync, readFileSync, readdirSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
 
-import { CAPI, FOLDER, compiled, equal, filesOf, fresh, pkgConfig, prefix } from './capi.mjs';
-import { buildNative } from './native.mjs';
-import { run } from './run.mjs';
+import { CAPI, FOLDER, compiled, equal, filesOf, fresh, pkgConfig, prefix } from './library.mjs';
+import { buildNative } from '../native.mjs';
+import { run } from '../run.mjs';
 
 /** Builds programs by CMake, and by pkg-config with the static library, and runs them. */
 export async function testInstall() {

@@ -4,7 +4,7 @@ import { createHash } from 'node:crypto';
 import { existsSync, readFileSync, readdirSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
 
-import { ROOT, ask, run } from './run.mjs';
+import { ROOT, ask, run } from '../run.mjs';
 
 /** Seconds of silence that rustup gets to download it. */
 const RUSTUP_SECONDS = 30;
@@ -17,7 +17,7 @@ const MANIFESTS = [
   'capi/Cargo.toml',
 ];
 /** For which manifests and dependencies it was last found to compile: their hash. */
-const RECORD = path.join(ROOT, 'scripts/oldest_rust.sha256');
+const RECORD = path.join(ROOT, 'scripts/release/oldest_rust.sha256');
 
 const read = (/** @type {string} */ file) => readFileSync(path.join(ROOT, file), 'utf8');
 /** A manifest without its profiles: how well it is optimised decides not whether it compiles. @param {string} text */
