@@ -313,12 +313,6 @@ impl Groups {
         self.n_joined += other.n_joined;
     }
 
-    /// Things of which each names one that is not behind it: the first of its group, or one that is joined to that.
-    pub(crate) fn of_roots(parent: Vec<u32>) -> Groups {
-        let n_joined = (0u32..).zip(&parent).filter(|(thing, above)| thing != *above).count() as u64;
-        Groups { parent, n_joined }
-    }
-
     /// The first thing of the group of a thing.
     pub(crate) fn root(&mut self, mut thing: u32) -> u32 {
         while self.parent[thing as usize] != thing {

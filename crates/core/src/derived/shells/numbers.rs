@@ -4,12 +4,13 @@
 //! equal corners is collapsed: it has no edges, and belongs to no shell. Shells are numbered by their first facets.
 //!
 //! # Theory
-//! Facets that share an edge stand near one another in nearly all files. So each chunk of facets is joined by itself, in a table that the cache
-//! of a core holds; the edges that a chunk has used once are handed on, and join facets of several chunks, by tables of the same kind that have
-//! those edges each whose hashes begin alike. Where an edge may have more than two facets, the chunks hand on all edges. An edge is known by a
-//! hash of 64 bits, of which 62 are looked at; two of 10^7 edges have the same by accident in one of 10^5 files.
+//! Facets that share an edge stand near one another in nearly all files. So some facets at a time are numbered by themselves: the edges that
+//! one of them has and no other yet are kept in a table, small enough for the cache of a core. A facet takes the number of one that
+//! had an edge of it before, or a new number if there is none. Edges that wait for another facet when the table is full, or at the end, are handed
+//! on, and join the shells of several such pieces, by tables that have those edges each whose hashes begin alike. Where an edge may have more than two
+//! facets, all edges are handed on. An edge is known by a hash of 64 bits; two of 10^7 edges have the same by accident in one of 10^5 files.
 //!
-//! Cost: some 20 ns a facet on one core; 4 bytes a facet, and for a moment 32 bytes for each edge that is handed on.
+//! Cost: some 30 ns a facet on one core; 4 bytes a facet where there are several shells, and for a moment 32 bytes for each edge that is handed on.
 
 use crate::base::control::{Control, Paced};
 use crate::base::error::Result;
@@ -18,17 +19,15 @@ use crate::base::parallel::*;
 use crate::input::edges::{Groups, mixed};
 use crate::input::geometry::Facet;
 
-/// Facets that are joined by themselves.
-const CHUNK: usize = 1 << 13;
-/// Facets that a core takes at a time.
-const FACETS_OF_TASK: usize = 8 * CHUNK;
-/// Facets of a step: some tens of milliseconds.
-const FACETS_AT_ONCE: usize = 16 * FACETS_OF_TASK;
+/// Facets that are numbered by themselves.
+const FACETS_OF_PIECE: usize = 1 << 17;
+/// Least pieces of a step: some tens of milliseconds.
+const PIECES_AT_ONCE: usize = 8;
 
 /// The number of a facet that belongs to no shell.
 const NONE: u32 = u32::MAX;
 
-/// An edge by its hash, and a facet that has it.
+/// An edge by its hash, and the number of a facet that has it.
 type Edge = (u64, u32);
 
 /// The shell of each facet.
@@ -48,50 +47,60 @@ impl Numbers {
     /// # Errors
     /// `cancelled`; `memory`.
     pub async fn new(facets: &[Facet], is_proper: bool, memory: &Memory, control: &Control) -> Result<Numbers> {
-        let of_facets = (size_of::<u32>() * facets.len()) as u64;
-        let mut room = memory.take(of_facets, NUMBERED)?;
-        // a facet of the same chunk for each facet, and the edges that are handed on
-        let (mut roots, mut edges) = (Vec::with_capacity(facets.len()), Vec::new());
-        let mut pace = Paced::new(control, FACETS_AT_ONCE);
-        for some in facets.chunks(FACETS_AT_ONCE) {
-            let first = roots.len();
-            let of_task =
-                |(task, facets): (usize, &[Facet])| joined(facets, (first + task * FACETS_OF_TASK) as u32, is_proper);
-            let tasks: Vec<(Vec<u32>, Vec<Edge>)> =
-                on_all_cores(|| some.par_chunks(FACETS_OF_TASK).enumerate().map(of_task).collect());
-            for (of_task, handed_on) in tasks {
-                roots.extend(of_task);
-                edges.extend(handed_on);
-            }
-            room.set(of_facets + (size_of::<Edge>() * edges.capacity()) as u64, NUMBERED)?;
+        let mut room = memory.take(0, NUMBERED)?;
+        let mut pieces: Vec<Piece> = Vec::new();
+        let mut bytes = 0;
+        let n_at_once = FACETS_OF_PIECE * current_num_threads().max(PIECES_AT_ONCE);
+        let mut pace = Paced::new(control, n_at_once);
+        for some in facets.chunks(n_at_once) {
+            room.set(bytes + (size_of::<u32>() * some.len()) as u64, NUMBERED)?;
+            let made: Vec<Piece> =
+                on_all_cores(|| some.par_chunks(FACETS_OF_PIECE).map(|facets| Piece::new(facets, is_proper)).collect());
+            bytes += made.iter().map(Piece::bytes).sum::<u64>();
+            pieces.extend(made);
+            room.set(bytes, NUMBERED)?;
             pace.done(some.len()).await?;
         }
-        // the edges are there twice, and their facets in pairs
-        let of_edges = size_of::<Edge>() * (edges.capacity() + edges.len() * 9 / 8);
-        room.set(2 * of_facets + of_edges as u64, NUMBERED)?;
-        Ok(Numbers::of_joined(facets, roots, edges))
+        // the edges are there twice, and their shells in pairs
+        let n_edges: usize = pieces.iter().map(|piece| piece.handed_on.len()).sum();
+        let of_facets =
+            if pieces.iter().any(|piece| !piece.is_one_shell()) { size_of::<u32>() * facets.len() } else { 0 };
+        room.set(bytes + (size_of::<Edge>() * n_edges * 13 / 8 + of_facets) as u64, NUMBERED)?;
+        Ok(Numbers::of_pieces(facets.len(), pieces))
     }
 
-    /// The numbers of facets that are joined where they have the same root, or an edge in common.
-    fn of_joined(facets: &[Facet], roots: Vec<u32>, edges: Vec<Edge>) -> Numbers {
-        let mut groups = Groups::of_roots(roots);
-        let portions = portions(edges);
+    /// The numbers of the facets of pieces that follow each other, whose shells are joined where they have an edge in common.
+    fn of_pieces(n_facets: usize, mut pieces: Vec<Piece>) -> Numbers {
+        let mut groups = Groups::new(pieces.iter().map(|piece| piece.first_facets.len()).sum());
+        let portions = portions(&mut pieces);
         let pairs: Vec<Vec<[u32; 2]>> = on_all_cores(|| portions.par_iter().map(|portion| pairs(portion)).collect());
         pairs.into_iter().flatten().for_each(|[one, other]| groups.join(one, other));
-        let mut of_facet = vec![NONE; facets.len()];
+        // the root of a group is its first shell
         let mut first_facets = Vec::new();
-        for (facet, _) in (0u32..).zip(facets).filter(|(_, corners)| !is_collapsed(corners)) {
-            // the root of a group is its first facet
-            let root = groups.root(facet);
-            if root == facet {
-                of_facet[facet as usize] = first_facets.len() as u32;
-                first_facets.push(facet);
-            } else {
-                of_facet[facet as usize] = of_facet[root as usize];
+        let mut numbers: Vec<u32> = Vec::new();
+        let firsts =
+            pieces.iter().enumerate().flat_map(|(piece, of)| of.first_facets.iter().map(move |first| (piece, first)));
+        for (shell, (piece, first)) in (0u32..).zip(firsts) {
+            let root = groups.root(shell);
+            let number = if root == shell { first_facets.len() as u32 } else { numbers[root as usize] };
+            if root == shell {
+                first_facets.push((piece * FACETS_OF_PIECE) as u32 + first);
             }
+            numbers.push(number);
         }
-        if first_facets.len() < 2 {
-            of_facet = Vec::new();
+        let mut of_facet = Vec::new();
+        if first_facets.len() > 1 {
+            of_facet.reserve_exact(n_facets);
+            let mut rest = &numbers[..];
+            for piece in &pieces {
+                let own = rest.split_off(..piece.first_facets.len()).unwrap_or_default();
+                match piece.is_one_shell() {
+                    true => of_facet.resize(of_facet.len() + piece.n_facets, own[0]),
+                    false => {
+                        of_facet.extend(piece.of_facet.iter().map(|&shell| own.get(shell as usize).unwrap_or(&NONE)))
+                    }
+                }
+            }
         }
         Numbers { of_facet, first_facets }
     }
@@ -112,104 +121,203 @@ impl Numbers {
     }
 }
 
-/// Edges by their hashes, each with the index of the item that came first with it.
+/// Edges by their hashes, each with a number.
 struct Table {
-    /// The first bits of a hash, the item, and whether another had it, too; 0 where it is free.
-    entries: Vec<u64>,
-    /// Bits of an entry that are not of the hash.
-    n_low: u32,
+    /// The hashes and numbers; where it is free, hash and number are 0.
+    entries: Vec<Edge>,
+    n_used: usize,
 }
 
 impl Table {
-    /// For so many items; less than 2^31.
-    fn new(n_items: usize) -> Table {
-        let log = (n_items + n_items / 4 + 4).next_power_of_two().trailing_zeros();
-        Table { entries: vec![0; 1 << log], n_low: log + 1 }
+    /// For so many edges.
+    fn new(n_edges: usize) -> Table {
+        Table { entries: vec![(0, 0); (n_edges + n_edges / 3 + 4).next_power_of_two()], n_used: 0 }
     }
 
-    fn clear(&mut self) {
-        self.entries.fill(0);
+    /// Whether so many more edges would make searching slow.
+    fn is_full(&self, n_more: usize) -> bool {
+        4 * (self.n_used + n_more) > 3 * self.entries.len()
     }
 
-    /// The item that had the hash of an item first; none if it is this one.
+    /// Where the edge is, or would be; and whether it is there.
     #[inline(always)]
-    fn first(&mut self, hash: u64, item: usize) -> Option<usize> {
+    fn place(&self, hash: u64) -> (usize, bool) {
         let mask = self.entries.len() - 1;
-        // the last bits say where, the first are compared; no entry is 0
-        let tag = (hash | 1 << 63) >> self.n_low;
         let mut place = hash as usize & mask;
         loop {
-            let entry = self.entries[place];
-            if entry >> self.n_low == tag {
-                self.entries[place] |= 1;
-                return Some((entry & ((1 << self.n_low) - 1)) as usize >> 1);
+            match self.entries[place].0 {
+                0 => return (place, false),
+                known if known == hash => return (place, true),
+                _ => place = (place + 1) & mask,
             }
-            if entry == 0 {
-                self.entries[place] = tag << self.n_low | (item as u64) << 1;
-                return None;
+        }
+    }
+
+    #[inline(always)]
+    fn number(&self, place: usize) -> u32 {
+        self.entries[place].1
+    }
+
+    /// Puts an edge where it is not yet.
+    #[inline(always)]
+    fn put(&mut self, edge: Edge) {
+        let (place, _) = self.place(edge.0);
+        self.entries[place] = edge;
+        self.n_used += 1;
+    }
+
+    /// Removes the edge at a place, and moves those behind it that would not be found any more.
+    #[inline(always)]
+    fn remove(&mut self, mut hole: usize) {
+        let mask = self.entries.len() - 1;
+        let mut place = (hole + 1) & mask;
+        while self.entries[place].0 != 0 {
+            let from_its_own = place.wrapping_sub(self.entries[place].0 as usize) & mask;
+            if from_its_own >= place.wrapping_sub(hole) & mask {
+                self.entries[hole] = self.entries[place];
+                hole = place;
             }
             place = (place + 1) & mask;
         }
+        self.entries[hole] = (0, 0);
+        self.n_used -= 1;
     }
 
-    /// The items that were first; but for those whose hash others had, if these are not asked for.
-    fn items(&self, with_pairs: bool) -> impl Iterator<Item = usize> {
-        let is_asked = move |entry: &u64| *entry != 0 && (with_pairs || entry & 1 == 0);
-        let low = (1u64 << self.n_low) - 1;
-        self.entries.iter().copied().filter(is_asked).map(move |entry| (entry & low) as usize >> 1)
+    /// Takes all edges out.
+    fn take(&mut self) -> impl Iterator<Item = Edge> {
+        self.n_used = 0;
+        self.entries.iter_mut().map(std::mem::take).filter(|edge| edge.0 != 0)
     }
 }
 
-/// Joins the facets of some chunks, the first of which has the index `first`: an index for each, the same for those of one group; and the edges
-/// that facets of other chunks may have.
-fn joined(facets: &[Facet], first: u32, is_proper: bool) -> (Vec<u32>, Vec<Edge>) {
-    let (mut roots, mut handed_on) = (Vec::with_capacity(facets.len()), Vec::new());
-    let n_most = CHUNK.min(facets.len());
-    let mut table = Table::new(3 * n_most);
-    let mut hashes = Vec::with_capacity(3 * n_most);
-    for chunk in facets.chunks(CHUNK) {
-        let first = first + roots.len() as u32;
-        let mut groups = Groups::new(chunk.len());
-        table.clear();
-        hashes.clear();
-        for (facet, corners) in (0u32..).zip(chunk) {
-            let [a, b, c] = [corner_hash(corners[0]), corner_hash(corners[1]), corner_hash(corners[2])];
-            hashes.extend([a.wrapping_add(b), b.wrapping_add(c), c.wrapping_add(a)]);
+/// Facets that are numbered by themselves.
+struct Piece {
+    n_facets: usize,
+    /// The shell of each facet, from 0; empty where all are of one.
+    of_facet: Vec<u32>,
+    /// The first facet of each shell, from 0.
+    first_facets: Vec<u32>,
+    /// Edges that facets of other pieces may have, with the shells.
+    handed_on: Vec<Edge>,
+}
+
+/// Edges that wait for another facet, at most: a core's cache has them.
+const WAITING: usize = 3 << 12;
+
+impl Piece {
+    fn new(facets: &[Facet], is_proper: bool) -> Piece {
+        let mut table = Table::new(WAITING.min(3 * facets.len()));
+        // numbers of facets whose edges nobody had before, by which shells are joined
+        let (mut of_facet, mut groups, mut first_facets) =
+            (Vec::with_capacity(facets.len()), Groups::new(0), Vec::new());
+        let mut handed_on = Vec::new();
+        for (facet, corners) in (0u32..).zip(facets) {
             if is_collapsed(corners) {
+                of_facet.push(NONE);
                 continue;
             }
-            for item in 3 * facet as usize..hashes.len() {
-                if let Some(other) = table.first(hashes[item], item) {
-                    groups.join((other / 3) as u32, facet);
+            if table.is_full(3) {
+                handed_on.extend(table.take());
+            }
+            let [a, b, c] = [corner_hash(corners[0]), corner_hash(corners[1]), corner_hash(corners[2])];
+            let hashes = [a.wrapping_add(b), b.wrapping_add(c), c.wrapping_add(a)].map(|hash| hash.max(1));
+            let (mut own, mut is_new) = (NONE, [true; 3]);
+            for (hash, is_new) in hashes.into_iter().zip(&mut is_new) {
+                let (place, is_there) = table.place(hash);
+                if is_there {
+                    let number = table.number(place);
+                    if own == NONE {
+                        own = number;
+                    } else if own != number {
+                        groups.join(own, number);
+                    }
+                    *is_new = false;
+                    if is_proper {
+                        table.remove(place);
+                    }
                 }
             }
+            if own == NONE {
+                own = first_facets.len() as u32;
+                groups.append(Groups::new(1));
+                first_facets.push(facet);
+            }
+            for (hash, is_new) in hashes.into_iter().zip(is_new) {
+                if is_new {
+                    table.put((hash, own));
+                }
+            }
+            of_facet.push(own);
         }
-        handed_on.extend(table.items(!is_proper).map(|item| (hashes[item], first + item as u32 / 3)));
-        roots.extend((0..chunk.len() as u32).map(|facet| first + groups.root(facet)));
+        handed_on.extend(table.take());
+        Piece { n_facets: facets.len(), of_facet, first_facets, handed_on }.with_shells(groups)
     }
-    (roots, handed_on)
+
+    /// Numbers the shells, and with them the facets and edges, whose numbers are in these groups.
+    fn with_shells(mut self, mut groups: Groups) -> Piece {
+        let mut shells: Vec<u32> = Vec::with_capacity(self.first_facets.len());
+        let mut first_facets = Vec::new();
+        for (number, &first) in (0u32..).zip(&self.first_facets) {
+            let root = groups.root(number);
+            shells.push(if root == number { first_facets.len() as u32 } else { shells[root as usize] });
+            if root == number {
+                first_facets.push(first);
+            }
+        }
+        self.first_facets = first_facets;
+        self.handed_on.iter_mut().for_each(|(_, number)| *number = shells[*number as usize]);
+        self.handed_on.shrink_to_fit();
+        if self.first_facets.len() == 1 && !self.of_facet.contains(&NONE) {
+            self.of_facet = Vec::new();
+        } else {
+            self.of_facet.iter_mut().for_each(|number| *number = shells.get(*number as usize).copied().unwrap_or(NONE));
+        }
+        self
+    }
+
+    /// Whether all its facets are of one shell.
+    fn is_one_shell(&self) -> bool {
+        self.of_facet.is_empty()
+    }
+
+    /// Bytes that it takes.
+    fn bytes(&self) -> u64 {
+        let lists = size_of_val(&self.of_facet[..]) + size_of_val(&self.first_facets[..]);
+        (lists + size_of_val(&self.handed_on[..])) as u64
+    }
 }
 
 /// Edges of a portion, about.
 const PORTION: usize = 1 << 12;
 
-/// Edges in portions by the first bits of their hashes.
-fn portions(edges: Vec<Edge>) -> Vec<Vec<Edge>> {
-    let log = (edges.len() / PORTION).next_power_of_two().trailing_zeros();
-    if log == 0 {
-        return vec![edges];
+/// The edges of pieces in portions by the first bits of their hashes, with shells that are numbered through all pieces.
+fn portions(pieces: &mut [Piece]) -> Vec<Vec<Edge>> {
+    let n_edges: usize = pieces.iter().map(|piece| piece.handed_on.len()).sum();
+    let log = (n_edges / PORTION).next_power_of_two().trailing_zeros();
+    let mut portions = vec![Vec::with_capacity((n_edges >> log) + PORTION / 8); 1 << log];
+    let mut first = 0;
+    for piece in pieces {
+        for (hash, shell) in std::mem::take(&mut piece.handed_on) {
+            // the tables look at the last bits first
+            portions[hash.checked_shr(u64::BITS - log).unwrap_or(0) as usize].push((hash, first + shell));
+        }
+        first += piece.first_facets.len() as u32;
     }
-    let mut portions = vec![Vec::with_capacity((edges.len() >> log) + PORTION / 8); 1 << log];
-    // those that the tables do not look at
-    edges.into_iter().for_each(|edge| portions[(edge.0 << 1 >> (64 - log)) as usize].push(edge));
     portions
 }
 
-/// Two facets of each edge that several of a portion have: each but the first with the first.
+/// Two shells of each edge that several of a portion have: each but the first with the first.
 fn pairs(portion: &[Edge]) -> Vec<[u32; 2]> {
     let mut table = Table::new(portion.len());
-    let of = |(item, &(hash, facet)): (usize, &Edge)| table.first(hash, item).map(|other| [portion[other].1, facet]);
-    portion.iter().enumerate().filter_map(of).collect()
+    let mut pairs = Vec::new();
+    for &(hash, shell) in portion {
+        match table.place(hash) {
+            (place, true) if table.number(place) != shell => pairs.push([table.number(place), shell]),
+            (_, true) => {}
+            (_, false) => table.put((hash, shell)),
+        }
+    }
+    pairs
 }
 
 /// Whether two corners of a facet are equal.
