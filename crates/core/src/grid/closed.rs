@@ -20,7 +20,6 @@ use crate::base::control::Control;
 use crate::base::error::Result;
 use crate::base::parallel::*;
 use crate::grid::frame::SnappedFacet;
-use crate::input::edges::mixed;
 use crate::input::job::Rule;
 
 mod bad_edges;
@@ -113,8 +112,7 @@ impl Hashes {
             for (from, to) in [(0, 1), (1, 2), (2, 0)] {
                 let is_forward = facet[from] < facet[to];
                 let (low, high) = if is_forward { (hashes[from], hashes[to]) } else { (hashes[to], hashes[from]) };
-                // those of corners are mixed already; the other way round they have another sum
-                let hash = [mixed(low[0] ^ high[0].rotate_left(23)), mixed(low[1] ^ high[1].rotate_left(23))];
+                let hash = edge_hash(low, high);
                 odd = [odd[0] ^ hash[0], odd[1] ^ hash[1]];
                 if is_forward {
                     forward.push(hash[0]);
@@ -198,11 +196,39 @@ fn place(table: &[u64], hash: u64) -> (usize, u64) {
     ((hash >> 24) as usize & (table.len() - 1), 1 << (hash & 63))
 }
 
+/// Constants without a pattern: digits of the fractions of the square roots of 2, 3, 5, 7, 11 and 13.
+const SALTS: [u64; 6] = [
+    0x6a09_e667_f3bc_c908,
+    0xbb67_ae85_84ca_a73b,
+    0x3c6e_f372_fe94_f82b,
+    0xa54f_f53a_5f1d_36f1,
+    0x510e_527f_ade6_82d1,
+    0x9b05_688c_2b3e_6c1f,
+];
+
+/// Both words of a product, which depend on all bits of the factors.
+#[inline(always)]
+fn product(one: u64, other: u64) -> [u64; 2] {
+    let product = u128::from(one) * u128::from(other);
+    [product as u64, (product >> 64) as u64]
+}
+
+/// 128 bits of a corner.
 #[inline(always)]
 fn corner_hash(&[x, y, z]: &[i32; 3]) -> [u64; 2] {
     let word = |c: i32| u64::from(c as u32);
-    let first = mixed(word(x) << 32 | word(y));
-    [mixed(first ^ word(z)), mixed(first.rotate_left(31) ^ word(z) << 32)]
+    let [low, high] = product((word(x) << 32 | word(y)) ^ SALTS[0], (word(z) << 32 | word(z)) ^ SALTS[1]);
+    [low ^ high.rotate_left(32), high ^ low.rotate_left(17)]
+}
+
+/// 128 bits of an edge by those of its lower and its higher corner: the two words of a product come together, as in wyhash (Wang Yi 2019).
+#[inline(always)]
+fn edge_hash(low: [u64; 2], high: [u64; 2]) -> [u64; 2] {
+    let folded = |[low, high]: [u64; 2]| low ^ high;
+    [
+        folded(product(low[0] ^ SALTS[2], high[1].wrapping_add(low[1]) ^ SALTS[3])),
+        folded(product(low[1] ^ SALTS[4], high[0].wrapping_add(low[0]) ^ SALTS[5])),
+    ]
 }
 
 #[cfg(test)]

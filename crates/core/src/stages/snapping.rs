@@ -203,7 +203,7 @@ struct OfChunk {
 impl OfChunk {
     fn new(facets: &[SnappedFacet], frame: &Frame, rays: Option<&Rays>) -> OfChunk {
         let hashes = Hashes::new(facets);
-        let ends = facets.as_flattened().iter().fold(None, with_corner);
+        let ends = ends(facets);
         // there is no bound for cells that differ in size
         let bounded = if frame.is_graded() { &[][..] } else { facets };
         let parts = bounded.chunks(volume_bound::CHUNK);
@@ -218,6 +218,21 @@ impl OfChunk {
         }
         OfChunk { staying, ends, bound_sums, hashes }
     }
+}
+
+/// Least and greatest coordinates; None without facets. All nine numbers of a facet are compared at once.
+fn ends(facets: &[SnappedFacet]) -> Ends {
+    let first = facets.first()?;
+    let (mut low, mut high) = (*first, *first);
+    for facet in facets {
+        for (corner, of_facet) in facet.iter().enumerate() {
+            for (axis, &at) in of_facet.iter().enumerate() {
+                low[corner][axis] = low[corner][axis].min(at);
+                high[corner][axis] = high[corner][axis].max(at);
+            }
+        }
+    }
+    low.iter().chain(&high).fold(None, with_corner)
 }
 
 /// Least and greatest coordinates with those of one more corner.

@@ -62,6 +62,27 @@ fn one_edge_of_many_that_comes_twice_is_found() {
     assert!(found.parity && found.nonzero && !found.is_proper);
 }
 
+#[test]
+fn hashes_of_the_edges_of_a_grid_are_distinct_and_all_their_bits_even() {
+    let mut hashes = Vec::new();
+    for [x, y, z] in (0..64).flat_map(|x| (0..64).flat_map(move |y| (0..16).map(move |z| [x - 32, y, 64 * z]))) {
+        let corner = corner_hash(&[x, y, z]);
+        for other in [[x + 1, y, z], [x, y + 1, z], [x, y, z + 64], [x + 1, y + 1, z]] {
+            hashes.push(edge_hash(corner, corner_hash(&other)));
+        }
+    }
+    for word in 0..2 {
+        let mut words: Vec<u64> = hashes.iter().map(|hash| hash[word]).collect();
+        for bit in 0..64 {
+            let share = words.iter().filter(|word| *word >> bit & 1 == 1).count() as f64 / words.len() as f64;
+            // four times the deviation of coins
+            assert!((share - 0.5).abs() < 4.0 * 0.5 / (words.len() as f64).sqrt(), "bit {bit} of word {word}: {share}");
+        }
+        words.sort_unstable();
+        assert!(words.windows(2).all(|two| two[0] != two[1]));
+    }
+}
+
 fn found_in(facets: Vec<SnappedFacet>, pieces: Vec<[u64; 2]>) -> BadEdges {
     found_with(facets, pieces, &Control::default()).unwrap()
 }
