@@ -20,7 +20,7 @@ const GIVE: &str = "export the model as STL, OBJ, OFF, PLY, 3MF or GLB";
 
 /// First bytes of files that people give in place of surfaces, their name, and what to do.
 const OTHERS: &[(&[u8], &str, &str)] = &[
-    (b"{", "JSON, such as glTF that is not binary", "export the model as a binary .glb"),
+    (b"{", "JSON, such as glTF that is not binary", "export a model as a binary .glb; give a job by --job"),
     (b"\xff\xfe", "UTF-16 text", "save it as ASCII or UTF-8"),
     (b"\xfe\xff", "UTF-16 text", "save it as ASCII or UTF-8"),
     (b"\x89PNG", "a PNG picture", GIVE),
