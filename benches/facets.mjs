@@ -60,6 +60,10 @@ export function benchFacets({ command, folder, runs, quick }) {
     const { read, hash } = limits(file);
     const least = `read ${ms(read)}, read and hash ${ms(hash)}`;
     measure(`${n} facets, file to columns at 1024 cells`, least, () => mesh('--cells', '1024'));
+    // with the report, which comes after the columns, and the end of the program
+    measure(`${n} facets, the whole command`, least, () =>
+      seconds(command, ['mesh', file, '--backend', 'cpu', '--json', '--cells', '1024']),
+    );
     measure(`info of ${n} facets`, least, () => seconds(command, ['info', file]));
   }
   /** @type {Record<string, number>} */

@@ -60,6 +60,30 @@ test('one thread and several make the same files, and a program of several ends 
   for (const several of others) assert.deepEqual(several, one);
 });
 
+/** The largest share of the processor time of a process that one of its threads has while fractions are measured. */
+const SHARE = `
+  import { readFileSync, readdirSync } from 'node:fs';
+  import { createMesher } from 'hexcast';
+  const TICKS = 11;
+  const ticks = () => {
+    const of = (task) => Number(readFileSync('/proc/self/task/' + task + '/stat', 'utf8').split(') ')[1].split(' ')[TICKS]);
+    return new Map(readdirSync('/proc/self/task').map((task) => [task, of(task)]));
+  };
+  const mesher = await createMesher({ backend: 'cpu', threads: 3 });
+  const job = { geometries: [{ source: readFileSync(process.argv[2]) }], cells: 200, fractions: { rays: 8 } };
+  (await mesher.mesh(job)).dispose();
+  const before = ticks();
+  for (let n = 0; n < 3; n++) (await mesher.mesh(job)).dispose();
+  const spent = [...ticks()].map(([task, after]) => after - (before.get(task) ?? 0));
+  console.log(Math.max(...spent) / spent.reduce((sum, more) => sum + more));
+`;
+
+test('fractions are measured on all threads', () => {
+  // a third each; on one thread, as it once was, four fifths
+  const share = Number(project.run('share.js', SHARE, SPOT));
+  assert.ok(share < 0.55, `one thread has ${share} of the time`);
+});
+
 const ASKED = `
   import { readFileSync } from 'node:fs';
   import { createMesher } from 'hexcast';

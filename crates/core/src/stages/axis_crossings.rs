@@ -148,10 +148,11 @@ pub(crate) fn grouped(parts: &[impl AsRef<[u64]>]) -> Words {
         planes.push(plane);
         (rest, start) = (after, end);
     }
-    planes.into_par_iter().for_each(|plane| {
+    let by_rows = |plane: &mut [u64]| {
         let by_row = counted(plane.iter().copied(), row_of).0;
         plane.copy_from_slice(&by_row);
-    });
+    };
+    on_all_cores(|| planes.into_par_iter().for_each(by_rows));
     words
 }
 

@@ -113,7 +113,8 @@ fn over_group<T: Send>(
     }
     let of_window =
         |(window, facets): (&Window, Vec<u32>)| of(&crossings_of_window(frame, rays, &facets, window, with_facets));
-    windows.iter().zip(facets).collect::<Vec<_>>().into_par_iter().map(of_window).collect()
+    let windows: Vec<(&Window, Vec<u32>)> = windows.iter().zip(facets).collect();
+    on_all_cores(|| windows.into_par_iter().map(of_window).collect())
 }
 
 fn mapping<'a>(cast: &Cast<'a>) -> Mapping<'a> {

@@ -193,7 +193,7 @@ impl Kept {
             }
             (rays, map(&crossings, &mapping))
         };
-        let rows: Vec<(Vec<u64>, Band)> = down.into_par_iter().map(of_row).collect();
+        let rows: Vec<(Vec<u64>, Band)> = on_all_cores(|| down.into_par_iter().map(of_row).collect());
         let mut some = SomeRuns::default();
         for (rays, band) in rows {
             let start = some.runs.len() as u32;

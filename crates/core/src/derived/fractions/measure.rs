@@ -51,7 +51,7 @@ pub async fn fractions(
     for start in (0..n_rows).step_by(ROUND) {
         control.rest().await?;
         let end = (start + ROUND as u32).min(n_rows);
-        let found: Vec<Found> = map_within(start..end, |memory, row| measure.of_row(row, memory));
+        let found: Vec<Found> = on_all_cores(|| map_within(start..end, |memory, row| measure.of_row(row, memory)));
         n_bytes += found.iter().map(|found| found.part.n_bytes() as u64).sum::<u64>();
         if n_bytes > max_bytes {
             let message = format!(

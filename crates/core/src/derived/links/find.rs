@@ -43,10 +43,13 @@ impl Field<'_> {
             for first in (0..n_strips).step_by(STRIPS_PER_ROUND as usize) {
                 control.check()?;
                 let strips = first..(first + STRIPS_PER_ROUND).min(n_strips);
-                let found: Result<Vec<[ByPlane; 2]>> =
-                    map_within(strips, |memory, strip| walk.links(&lattice, strip, &starts, memory))
-                        .into_iter()
-                        .collect();
+                let of_strip = |memory: &mut _, strip| walk.links(&lattice, strip, &starts, memory);
+                let found = match self.is_plain {
+                    true => on_all_cores(|| map_within(strips, of_strip)),
+                    // it looks at the columns
+                    false => map_within(strips, of_strip),
+                };
+                let found: Result<Vec<[ByPlane; 2]>> = found.into_iter().collect();
                 for both in found? {
                     for (part, direction) in both.into_iter().zip(directions) {
                         n += part.links.len();
@@ -59,7 +62,7 @@ impl Field<'_> {
         }
         let dims = self.window.dims();
         let mut planes: Vec<Vec<Link>> =
-            map_within(0..dims[2], |memory, z| in_order(parts.iter().flatten(), z, dims, memory));
+            on_all_cores(|| map_within(0..dims[2], |memory, z| in_order(parts.iter().flatten(), z, dims, memory)));
         drop(parts);
         if !self.is_plain {
             let without = self.links_without_crossing(&planes, &directions, &is_fluid, control)?;

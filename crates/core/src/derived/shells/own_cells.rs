@@ -168,7 +168,7 @@ async fn per_shell<T: Default + Send>(
     for first in (0..n_facets).step_by(FACETS_AT_ONCE) {
         control.rest().await?;
         let chunks: Vec<usize> = (first..n_facets.min(first + FACETS_AT_ONCE)).step_by(CHUNK).collect();
-        let found: Vec<BTreeMap<usize, T>> = chunks.into_par_iter().map(of_chunk).collect();
+        let found: Vec<BTreeMap<usize, T>> = on_all_cores(|| chunks.into_par_iter().map(of_chunk).collect());
         found.into_iter().flatten().for_each(|(shell, more)| join(&mut all[shell], more));
     }
     Ok(all)
