@@ -20,6 +20,7 @@ use crate::base::control::Control;
 use crate::base::error::Result;
 use crate::base::parallel::*;
 use crate::grid::frame::SnappedFacet;
+use crate::input::edges::product;
 use crate::input::job::Rule;
 
 mod bad_edges;
@@ -205,13 +206,6 @@ const SALTS: [u64; 6] = [
     0x510e_527f_ade6_82d1,
     0x9b05_688c_2b3e_6c1f,
 ];
-
-/// Both words of a product, which depend on all bits of the factors.
-#[inline(always)]
-fn product(one: u64, other: u64) -> [u64; 2] {
-    let product = u128::from(one) * u128::from(other);
-    [product as u64, (product >> 64) as u64]
-}
 
 /// 128 bits of a corner.
 #[inline(always)]

@@ -263,6 +263,13 @@ pub(crate) fn vertex_hash([x, y, z]: [u32; 3]) -> u64 {
     mixed((u64::from(x) << 32 | u64::from(y)) ^ u64::from(z).wrapping_mul(0x9e37_79b9_7f4a_7c15))
 }
 
+/// Both words of a product, the lower first: together they depend on all bits of the factors, as in wyhash (Wang Yi 2019).
+#[inline(always)]
+pub(crate) fn product(one: u64, other: u64) -> [u64; 2] {
+    let product = u128::from(one) * u128::from(other);
+    [product as u64, (product >> 64) as u64]
+}
+
 /// A bijection of 64 bits in which every bit depends on all: the finalizer of SplitMix64 (Steele, Lea and Flood 2014).
 #[inline(always)]
 pub(crate) fn mixed(word: u64) -> u64 {

@@ -16,7 +16,7 @@ use crate::base::control::{Control, Paced};
 use crate::base::error::Result;
 use crate::base::memory::Memory;
 use crate::base::parallel::*;
-use crate::input::edges::{Groups, mixed};
+use crate::input::edges::{Groups, product};
 use crate::input::geometry::Facet;
 
 /// Facets that are numbered by themselves.
@@ -330,9 +330,9 @@ pub(super) fn is_collapsed([a, b, c]: &Facet) -> bool {
 pub(super) fn corner_hash(corner: [f32; 3]) -> u64 {
     let bits = |c: f32| u64::from((c + 0.0).to_bits());
     let [x, y, z] = [bits(corner[0]), bits(corner[1]), bits(corner[2])];
-    // odd numbers without a pattern: two corners have the same sum by accident alone
-    let sum = x.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(y.wrapping_mul(0xc2b2_ae3d_27d4_eb4f));
-    mixed(sum.wrapping_add(z.wrapping_mul(0x1656_67b1_9e37_79f9)))
+    // numbers without a pattern: two corners have the same sum by accident alone
+    let [low, high] = product((x << 32 | y) ^ 0x9e37_79b9_7f4a_7c15, (z << 32 | z) ^ 0xc2b2_ae3d_27d4_eb4f);
+    low ^ high
 }
 
 #[cfg(test)]
@@ -359,6 +359,18 @@ mod tests {
             .flat_map(|k| cuboid([k as f32 * distance, 0.0, 0.0], [k as f32 * distance + 1.0, 1.0, 1.0]))
             .collect();
         (0..12).flat_map(|side| boxes.iter().skip(side).step_by(12).copied().collect::<Vec<Facet>>()).collect()
+    }
+
+    #[test]
+    fn edges_of_a_grid_have_hashes_of_their_own() {
+        let at = |x: i32, y: i32, z: i32| corner_hash([0.25 * x as f32, y as f32, 0.1 * z as f32]);
+        let mut hashes = Vec::new();
+        for (x, y, z) in (-32..32).flat_map(|x| (0..64).flat_map(move |y| (0..64).map(move |z| (x, y, z)))) {
+            let ends = [at(x + 1, y, z), at(x, y + 1, z), at(x, y, z + 1), at(x + 1, y + 1, z)];
+            hashes.extend(ends.map(|end| at(x, y, z).wrapping_add(end)));
+        }
+        hashes.sort_unstable();
+        assert!(hashes.windows(2).all(|two| two[0] != two[1]));
     }
 
     #[test]
