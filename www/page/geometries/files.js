@@ -142,7 +142,7 @@ async function addFile(mesher, { source, settings = {} }, sample) {
     if (/\.hxc$/i.test(source.name)) {
       const mesh = await mesher.open(source);
       state.mesh?.dispose();
-      change('mesh', { mesh, job: { geometries: [{ file: source.name }] }, skin: null, expected: null });
+      change('mesh', { mesh, job: { geometries: [{ file: source.name }] }, runs: null, expected: null });
     } else if (/\.json$/i.test(source.name)) {
       await takeLines(source);
     } else {

@@ -7,12 +7,11 @@ import { currentJob } from '../state/job.js';
 import { wrongField } from '../settings/wrong_fields.js';
 import { clearMessages, showError } from '../elements/messages.js';
 import { change, on, set, state } from '../state/state.js';
+import { runsOf } from '../view/view3d.js';
 
 /** @typedef {import('hexcast').BackendChoice} BackendChoice */
 
 const STAGES = { read: 'Reading', check: 'Checking', preview: 'Drawing', mesh: 'Meshing', write: 'Writing' };
-/** Faces of the surface in 3-D: phones turn as many smoothly. */
-const MAX_QUADS = 1_000_000;
 
 /** @type {AbortController | null} */
 let stop = null;
@@ -67,13 +66,13 @@ async function run(restart) {
   try {
     const mesh = await mesher.mesh(job, { signal: stop.signal, onProgress: watch(start, expected?.cells ?? 0) });
     state.mesh?.dispose();
-    // requested before listeners request anything, so that the worker extracts it first
-    const skin = mesh.skin({ maxQuads: MAX_QUADS });
+    // requested before listeners request anything, so that the worker copies them first
+    const runs = runsOf(mesh);
     const seconds = (performance.now() - start) / 1000;
     status.ariaLive = 'polite';
     status.textContent = `Meshed ${count(mesh.report.cells)} cells in ${duration(seconds)}.`;
     change('phase', { phase: 'idle' });
-    change('mesh', { mesh, job, skin, expected });
+    change('mesh', { mesh, job, runs, expected });
   } catch (error) {
     // another mesher may be starting: then the page is not idle yet
     if (state.phase === 'meshing') change('phase', { phase: 'idle' });

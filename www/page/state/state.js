@@ -6,7 +6,6 @@
 /**
  * @typedef {import('hexcast').Mesher} Mesher
  * @typedef {import('hexcast').Mesh} Mesh
- * @typedef {import('hexcast').Skin} Skin
  * @typedef {import('hexcast').Job} Job
  * @typedef {import('hexcast').FileInfo} FileInfo
  * @typedef {import('hexcast').Surface<FileInfo>} Surface
@@ -100,7 +99,7 @@
  * @property {'starting' | 'idle' | 'reading' | 'meshing' | 'failed'} phase
  * @property {Mesh | null} mesh
  * @property {ShownJob | null} job that made the mesh
- * @property {Promise<Skin> | null} skin of the mesh
+ * @property {Promise<import('hexcast').AllRuns> | null} runs of the mesh, for the 3-D view, which takes them
  * @property {import('hexcast').Estimate | null} expected the estimate of that job; null where there was none
  * @property {Finding[]} findings of the mesh
  * @property {number} finding index of the one that is shown, -1 for none
@@ -173,7 +172,7 @@ export const state = {
   phase: 'starting',
   mesh: null,
   job: null,
-  skin: null,
+  runs: null,
   expected: null,
   findings: [],
   finding: -1,

@@ -1,5 +1,6 @@
 /** What the estimate and the result say of cells: their size or, where they differ, the lines. */
 import { cellSize, short } from './format.js';
+import { centreOf, placeText } from './places.js';
 
 /** @typedef {import('hexcast').Grading} Grading */
 
@@ -28,4 +29,11 @@ export function cellFacts(prefix, { dims, spacing, grading }, unit) {
 /** Three digits. @param {number} number */
 function short3(number) {
   return String(Number(number.toPrecision(3)));
+}
+
+/** A cell, its place and its flag in words. @param {import('hexcast').Mesh} mesh @param {number[]} cell @param {number} flag */
+export function cellText({ lines, report: { flags, unit } }, cell, flag) {
+  const name = flags.find((entry) => entry.flag === flag)?.name;
+  const place = `${placeText(centreOf(lines, cell), lines)}${unit ? ` ${unit}` : ''}`;
+  return `cell ${cell.join(', ')} at ${place}: ${flag === 0 ? 'background' : `flag ${flag}${name ? `, ${name}` : ''}`}`;
 }

@@ -111,7 +111,7 @@ export function movedBy({ rotate, about, translate }) {
 }
 
 /** @param {number[]} point @param {number[]} angles degrees about x, then y, then z */
-function rotated(point, angles) {
+export function rotated(point, angles) {
   let at = point;
   for (const [axis, degrees] of angles.entries()) {
     const radians = (degrees * Math.PI) / 180;

@@ -1,204 +1,154 @@
 /**
- * The 3-D scene: models, stair-step surface, domain, section. Draws only when something has changed.
+ * The 3-D scene as the page has it: a camera, and a worker that draws. Everything is told to the worker; nothing waits for it.
  *
- * World lengths may be far from zero, so everything hangs in one group that is moved to the origin.
+ * World lengths may be far from zero, so the worker draws relative to the centre of what was fitted.
  */
-import * as THREE from 'three';
-import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
-
 import { oncePerFrame } from '../elements/dom.js';
-import { Marks } from './marks.js';
-import { movedBy, placedBox } from '../text/places.js';
-import { linesOfCells, stairMaterial } from './stair_material.js';
+import { movedBy, placedBox, rotated } from '../text/places.js';
+import { Camera, minus, plus, times, unit } from './camera.js';
+import { startOrbit } from './orbit.js';
 
 /**
- * @typedef {{ axis: number, side: number, at: number, image: ImageData, edges: number[][] }} Cut
- * @typedef {THREE.Mesh<THREE.BufferGeometry, THREE.MeshStandardMaterial | THREE.MeshBasicMaterial>} Drawn
+ * @typedef {import('./cast/cells.js').Cut} Cut
  * @typedef {{ scale: number | number[] | null, rotate: number[] | null, about: number[] | null, translate: number[] | null }} Placing
  * @typedef {Placing & { corners: Float32Array, colour: string }} Model
+ * @typedef {{ cell: number[], flag: number, axis: number, step: number }} Picked a cell, and the axis of its face; `step` cells along an edge
  */
 
 /** How long the camera flies to a place. */
 const FLIGHT_SECONDS = 0.6;
+/** Pixels of a CSS pixel, at most. */
+const MOST_RATIO = 2;
+/** From where boxes are seen at first. */
+const CORNER = [1.1, -1.6, 0.9];
 
 export class Scene {
-  #canvas;
   #frame;
-  #renderer;
-  #scene = new THREE.Scene();
-  #camera = new THREE.PerspectiveCamera(35, 1, 0.01, 1000);
-  #controls;
-  #world = new THREE.Group();
-  #models = groupOfDrawn();
-  #skin = groupOfDrawn();
-  #section = groupOfDrawn();
-  #marks = new Marks();
-  /** @type {THREE.Box3Helper | null} */
-  #box = null;
-  /** @type {number[] | null} */
-  #boxCorners = null;
-  #plane = new THREE.Plane();
+  #worker;
+  #camera = new Camera();
+  /** Numbers of the corners that the worker has. @type {WeakMap<Float32Array, number>} */
+  #sent = new WeakMap();
+  #n_sent = 0;
+  /** Questions that wait for an answer. @type {Map<number, (answer: any) => void>} */
+  #asked = new Map();
+  #n_asked = 0;
+  #box = '';
+  /** Meshes whose cells were told to the worker. */
+  n_meshes = 0;
   /** Counts the moves of the camera: one in flight ends where another begins. */
   #moves = 0;
-  /** Sphere around what is shown, in world lengths. */
-  #centre = new THREE.Vector3();
-  #radius = 1;
 
-  /** @param {HTMLCanvasElement} canvas */
-  constructor(canvas) {
-    this.#canvas = canvas;
+  /**
+   * @param {HTMLCanvasElement} canvas
+   * @param {{ failed: () => void, drawn: (picture: { n: number, isWhole: boolean, cells: number }) => void, pick: (x: number, y: number) => void }} listener
+   */
+  constructor(canvas, { failed, drawn, pick }) {
     this.#frame = /** @type {HTMLElement} */ (canvas.parentElement);
-    this.#renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true });
-    this.#renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
-    this.#camera.up.set(0, 0, 1);
-    this.#controls = new OrbitControls(this.#camera, canvas);
-    this.#world.add(this.#models, this.#skin, this.#section, this.#marks);
-    const lamp = new THREE.DirectionalLight(0xffffff, 2.4);
-    lamp.position.set(0.4, 0.8, 1);
-    this.#camera.add(lamp);
-    this.#scene.add(this.#world, this.#camera, new THREE.HemisphereLight(0xffffff, 0xaab2bb, 2));
-    this.invalidate = oncePerFrame(() => this.draw());
-    this.#controls.addEventListener('change', this.invalidate);
-    this.#controls.addEventListener('start', () => this.#moves++);
+    const offscreen = canvas.transferControlToOffscreen();
+    this.#worker = new Worker(new URL('./cast/draw_worker.js', import.meta.url), { type: 'module', name: 'picture' });
+    this.#worker.addEventListener('error', failed);
+    this.#worker.addEventListener('message', ({ data }) => {
+      if (data.kind === 'failed') failed();
+      else if (data.kind === 'drawn') drawn(data);
+      else this.#answer(data.id, data.answer);
+    });
+    this.#tell('open', { canvas: offscreen }, [offscreen]);
+    this.invalidate = oncePerFrame(() => this.#look());
+    startOrbit(canvas, {
+      turn: (around, up) => this.turn(around, up),
+      zoom: (factor, place) => this.#moved(() => this.#camera.zoom(factor, place)),
+      pan: (x, y) => this.#moved(() => this.#camera.pan(x, y)),
+      pick,
+    });
     new ResizeObserver(() => this.#resize()).observe(this.#frame);
     this.#resize();
   }
 
+  /** @param {string} kind @param {object} message @param {Transferable[]} [transfer] */
+  #tell(kind, message, transfer = []) {
+    this.#worker.postMessage({ kind, ...message }, transfer);
+  }
+
+  /** @param {string} kind @param {object} message @returns {Promise<any>} */
+  #ask(kind, message) {
+    const id = ++this.#n_asked;
+    return new Promise((resolve) => {
+      this.#asked.set(id, resolve);
+      this.#tell(kind, { id, ...message });
+    });
+  }
+
+  /** @param {number} id @param {unknown} answer */
+  #answer(id, answer) {
+    this.#asked.get(id)?.(answer);
+    this.#asked.delete(id);
+  }
+
   #resize() {
-    const { clientWidth: width, clientHeight: height } = this.#frame;
-    if (width === 0 || height === 0) return;
-    this.#renderer.setSize(width, height, false);
-    const before = this.#angle();
-    this.#camera.aspect = width / height;
-    // what was in view still is, also where the view becomes narrow
-    const factor = Math.sin(before / 2) / Math.sin(this.#angle() / 2);
-    const { target } = this.#controls;
-    this.#camera.position.sub(target).multiplyScalar(factor).add(target);
-    this.#camera.near *= factor;
-    this.#camera.far *= factor;
-    this.#camera.updateProjectionMatrix();
-    this.draw();
+    const { clientWidth, clientHeight } = this.#frame;
+    if (clientWidth === 0 || clientHeight === 0) return;
+    const ratio = Math.min(devicePixelRatio, MOST_RATIO);
+    this.#tell('size', { width: Math.round(clientWidth * ratio), height: Math.round(clientHeight * ratio), ratio });
+    this.#camera.setAspect(clientWidth / clientHeight);
+    this.#look();
   }
 
-  /** How wide the camera sees along the shorter side of the view, in radians. */
-  #angle() {
-    return THREE.MathUtils.degToRad(this.#camera.fov) * Math.min(1, this.#camera.aspect);
+  #look() {
+    this.#tell('shown', { shown: { sight: this.#camera.sight() } });
   }
 
-  draw() {
-    this.#renderer.render(this.#scene, this.#camera);
+  /** @param {() => void} move */
+  #moved(move) {
+    this.#moves += 1;
+    move();
+    this.invalidate();
   }
 
   /** Shows models. @param {Model[]} models */
   setModels(models) {
-    discard(this.#models);
-    for (const { corners, colour, ...placing } of models) {
-      const geometry = new THREE.BufferGeometry();
-      geometry.setAttribute('position', new THREE.BufferAttribute(corners, 3));
-      const material = new THREE.MeshStandardMaterial({
-        color: colour,
-        flatShading: true,
-        side: THREE.DoubleSide,
-        roughness: 0.7,
-      });
-      const mesh = new THREE.Mesh(geometry, material);
-      this.#models.add(place(mesh, placing));
-    }
-    this.invalidate();
+    const told = models.map(({ corners, colour, ...placing }) => {
+      const isNew = !this.#sent.has(corners);
+      if (isNew) this.#sent.set(corners, ++this.#n_sent);
+      const number = [1, 3, 5].map((at) => parseInt(colour.slice(at, at + 2), 16) / 255);
+      return { id: this.#sent.get(corners), corners: isNew ? corners : null, colour: number, matrix: matrixOf(placing) };
+    });
+    this.#tell('models', { models: told });
   }
 
-  /**
-   * Shows the stair-step surface, its colours by flag.
-   *
-   * @param {import('../../hexcast.js').Skin} skin
-   * @param {import('../text/places.js').Lines} lines
-   * @param {(flag: number) => string} colourOf
-   */
-  setSkin(skin, lines, colourOf) {
-    discard(this.#skin);
-    this.#skin.position.fromArray(lines.origin);
-    const cells = linesOfCells(lines, skin.step);
-    for (const { flag, positions, indices } of skin.parts) {
-      const geometry = new THREE.BufferGeometry();
-      geometry.setAttribute('position', new THREE.BufferAttribute(positions, 3));
-      geometry.setIndex(new THREE.BufferAttribute(indices, 1));
-      const mesh = new THREE.Mesh(geometry, stairMaterial(colourOf(flag), cells));
-      mesh.userData.flag = flag;
-      this.#skin.add(mesh);
-    }
-    this.invalidate();
+  /** Shows the cells of a mesh; the arrays of the runs go to the worker. @param {import('hexcast').Mesh} mesh @param {import('hexcast').AllRuns} all */
+  setCells({ lines, dims, columns: { axis } }, all) {
+    const cells = [...dims.filter((_, other) => other !== axis), dims[axis]];
+    const grid = { axis, origin: lines.origin, spacing: lines.spacing, dims, lists: lines.lists };
+    this.n_meshes += 1;
+    this.#tell('cells', { all, grid, cells }, [all.offsets.buffer, all.starts.buffer, all.flags.buffer]);
   }
 
-  /** @param {(flag: number) => string} colourOf */
-  setColours(colourOf) {
-    for (const mesh of this.#skin.children) mesh.material.color.set(colourOf(mesh.userData.flag));
-    this.invalidate();
+  /** Colours of all flags as bytes red, green, blue and alpha, the last 0 for what is hidden. @param {Uint32Array} colours */
+  setColours(colours) {
+    this.#tell('colours', { colours });
   }
 
-  /** Shows either the models or the cells, and of these the flags that are not hidden. @param {string} what @param {Set<number>} hidden */
-  show(what, hidden) {
-    this.#models.visible = what === 'model';
-    this.#skin.visible = what === 'cells';
-    this.#section.visible = what === 'cells';
-    for (const mesh of this.#skin.children) mesh.visible = !hidden.has(mesh.userData.flag);
-    this.invalidate();
+  /** Shows either the models or the cells. @param {'model' | 'cells'} what */
+  show(what) {
+    this.#tell('shown', { shown: { what } });
   }
 
-  /** Draws the edges of a box of six numbers, or none. @param {number[] | null} corners */
-  setBox(corners) {
-    if (String(corners) === String(this.#boxCorners)) return;
-    this.#boxCorners = corners;
-    if (this.#box) {
-      this.#world.remove(this.#box);
-      this.#box.geometry.dispose();
-    }
-    this.#box = null;
-    if (corners) {
-      const [low, high] = [corners.slice(0, 3), corners.slice(3)].map((at) => new THREE.Vector3().fromArray(at));
-      this.#box = new THREE.Box3Helper(new THREE.Box3(low, high), 0x7a8a99);
-      this.#world.add(this.#box);
-    }
-    this.invalidate();
+  /** Draws the edges of a box of six numbers, or none. @param {number[] | null} box */
+  setBox(box) {
+    if (String(box) === this.#box) return;
+    this.#box = String(box);
+    this.#tell('overlay', { overlay: { box } });
   }
 
-  /**
-   * Cuts away what lies beyond a plane across an axis and draws the cells that it cuts.
-   *
-   * @param {null | Cut} cut `at` in
-   *   world lengths; what lies on `side` of it goes; the image has equal pixels between the first edge and the last on the two axes
-   *   across, or one between each edge and the next
-   */
+  /** Cuts away what lies beyond a plane across an axis. @param {Cut | null} cut `at` in world lengths; what lies on `side` of it goes */
   setSection(cut) {
-    discard(this.#section);
-    if (cut) this.#cap(cut);
-    const normal = [0, 1, 2].map((axis) => (axis === cut?.axis ? -cut.side : 0));
-    // planes are in the scene's lengths, where the centre of the world is the origin
-    this.#plane.set(new THREE.Vector3().fromArray(normal), cut ? cut.side * (cut.at - this.#centre.getComponent(cut.axis)) : 0);
-    const planes = cut ? [this.#plane] : [];
-    for (const group of [this.#skin, this.#models]) for (const mesh of group.children) mesh.material.clippingPlanes = planes;
-    this.#renderer.localClippingEnabled = Boolean(cut);
-    this.invalidate();
+    this.#tell('shown', { shown: { cut } });
   }
 
-  /** @param {Cut} cut */
-  #cap({ axis, at, image, edges }) {
-    const texture = new THREE.DataTexture(new Uint8Array(image.data.buffer), image.width, image.height);
-    texture.magFilter = THREE.NearestFilter;
-    texture.colorSpace = THREE.SRGBColorSpace;
-    texture.needsUpdate = true;
-    const [first, second] = [0, 1, 2].filter((other) => other !== axis);
-    const [n_i, n_j] = edges.map((places) => places.length - 1);
-    const geometry = new THREE.PlaneGeometry(1, 1, n_i, n_j);
-    const { position, uv } = geometry.attributes;
-    for (let corner = 0; corner < position.count; corner += 1) {
-      const [i, j] = [corner % (n_i + 1), Math.floor(corner / (n_i + 1))];
-      const point = [at, at, at];
-      [point[first], point[second]] = [edges[0][i], edges[1][j]];
-      position.setXYZ(corner, point[0], point[1], point[2]);
-      uv.setXY(corner, i / n_i, j / n_j);
-    }
-    const material = new THREE.MeshBasicMaterial({ map: texture, side: THREE.DoubleSide, alphaTest: 0.5 });
-    this.#section.add(new THREE.Mesh(geometry, material));
+  /** The cell at a place of the canvas, in CSS pixels. @param {number} x @param {number} y @returns {Promise<Picked | null>} */
+  pick(x, y) {
+    const { clientWidth, clientHeight } = this.#frame;
+    return this.#ask('pick', { place: [(2 * x) / clientWidth - 1, 1 - (2 * y) / clientHeight] });
   }
 
   /**
@@ -208,67 +158,53 @@ export class Scene {
    * @param {number[]} [direction]
    */
   fitModels(models, direction) {
-    const all = new THREE.Box3();
-    for (const { info, ...placing } of models) {
-      const [low, high] = placedBox(info.bounding_box, placing);
-      all.union(new THREE.Box3(new THREE.Vector3().fromArray(low), new THREE.Vector3().fromArray(high)));
-    }
-    this.fit([...all.min, ...all.max], direction);
+    const boxes = models.map(({ info, ...placing }) => placedBox(info.bounding_box, placing));
+    const ends = (/** @type {number} */ end, /** @type {(...numbers: number[]) => number} */ of) =>
+      [0, 1, 2].map((axis) => of(...boxes.map((box) => box[end][axis])));
+    this.fit([...ends(0, Math.min), ...ends(1, Math.max)], direction);
   }
 
   /** From where the camera looks. */
   direction() {
-    return this.#camera.position.clone().sub(this.#controls.target).toArray();
+    return this.#camera.offset;
   }
 
   /** Moves the camera so that a box of six numbers fills the view, seen from a corner or along `direction`. @param {number[]} corners */
-  fit(corners, direction = [1.1, -1.6, 0.9]) {
-    this.#moves++;
-    const [low, high] = [corners.slice(0, 3), corners.slice(3)].map((at) => new THREE.Vector3().fromArray(at));
-    this.#centre.addVectors(low, high).multiplyScalar(0.5);
-    this.#radius = Math.max(low.distanceTo(high) / 2, Number.MIN_VALUE);
-    this.#world.position.copy(this.#centre).negate();
-    const distance = (1.12 * this.#radius) / Math.sin(this.#angle() / 2);
-    this.#camera.position.fromArray(direction).setLength(distance);
-    this.#camera.near = distance / 200;
-    this.#camera.far = distance * 20;
-    this.#camera.updateProjectionMatrix();
-    this.#controls.target.set(0, 0, 0);
-    this.#controls.update();
-    this.invalidate();
+  fit(corners, direction = CORNER) {
+    this.#moved(() => this.#camera.fit(corners, direction));
   }
 
   /** Flies near a place, outside of what is shown. @param {number[]} place @returns {Promise<boolean>} whether it came there */
   lookAt(place) {
-    const target = new THREE.Vector3().fromArray(place).sub(this.#centre);
+    const target = minus(place, this.#camera.centre);
     // outwards, and a little from where models are seen at first: a place in the middle has no outside
-    const outwards = new THREE.Vector3(0.22, -0.32, 0.18).add(target.clone().normalize());
-    return this.#fly(target, outwards.setLength(2 * this.#radius));
+    const outwards = plus([0.22, -0.32, 0.18], unit(target));
+    return this.#fly(target, times(unit(outwards), 2 * this.#camera.radius));
   }
 
   /**
    * Moves the camera along an arc around what it looks at; at once for people who want no motion.
    *
-   * @param {THREE.Vector3} target
-   * @param {THREE.Vector3} offset of the camera from it
+   * @param {number[]} target
+   * @param {number[]} offset of the camera from it
    * @returns {Promise<boolean>} false where another move took over
    */
   #fly(target, offset) {
     const move = ++this.#moves;
-    const from = this.#controls.target.clone();
-    const fromOffset = this.#camera.position.clone().sub(from);
+    const camera = this.#camera;
+    const [from, fromOffset] = [camera.target, camera.offset];
     const seconds = matchMedia('(prefers-reduced-motion: reduce)').matches ? 0 : FLIGHT_SECONDS;
     const start = performance.now();
+    const between = (/** @type {number[]} */ a, /** @type {number[]} */ b, /** @type {number} */ share) =>
+      plus(times(a, 1 - share), times(b, share));
     return new Promise((resolve) => {
       const step = () => {
         if (move !== this.#moves) return resolve(false);
         const share = seconds > 0 ? Math.min(1, (performance.now() - start) / 1000 / seconds) : 1;
-        const eased = THREE.MathUtils.smoothstep(share, 0, 1);
-        const length = THREE.MathUtils.lerp(fromOffset.length(), offset.length(), eased);
-        this.#controls.target.lerpVectors(from, target, eased);
-        this.#camera.position.lerpVectors(fromOffset, offset, eased).setLength(length).add(this.#controls.target);
-        this.#controls.update();
-        this.invalidate();
+        const eased = share * share * (3 - 2 * share);
+        const [length] = between([Math.hypot(...fromOffset)], [Math.hypot(...offset)], eased);
+        camera.put(between(from, target, eased), times(unit(between(fromOffset, offset, eased)), length));
+        this.#look();
         if (share === 1) return resolve(true);
         requestAnimationFrame(step);
       };
@@ -278,58 +214,34 @@ export class Scene {
 
   /** Marks places, of which one is shown, and draws a path. @param {(number[] | null)[]} places @param {number} current @param {number[][]} path */
   mark(places, current, path) {
-    if (places.length === 0 && path.length === 0 && this.#marks.children.length === 0) return;
-    this.#marks.set(places, current, path);
-    this.invalidate();
+    this.#tell('overlay', { overlay: { places, current, path } });
   }
 
   /** Turns by angles around z and up (radians), and moves nearer by a factor. @param {number} around @param {number} up */
   turn(around, up, nearer = 1) {
-    this.#controls.rotateLeft(-around);
-    this.#controls.rotateUp(up);
-    this.#controls.dollyOut(nearer);
+    this.#moved(() => {
+      this.#camera.turn(around, up);
+      if (nearer !== 1) this.#camera.zoom(nearer);
+    });
   }
 
   /** The side of the target on which the camera is, along an axis: 1 or -1. @param {number} axis */
   sideOf(axis) {
-    return this.#camera.position.getComponent(axis) < this.#controls.target.getComponent(axis) ? -1 : 1;
+    return this.#camera.offset[axis] < 0 ? -1 : 1;
   }
 
   /** The picture as it is. @returns {Promise<Blob | null>} PNG */
   picture() {
-    // drawn and read in the same task: the buffer is cleared after the frame
-    this.draw();
-    return new Promise((resolve) => this.#canvas.toBlob(resolve, 'image/png'));
+    return this.#ask('save', {});
   }
 }
 
-/**
- * Scales an object, rotates it about x, y and z around a point, and moves it, as the job does.
- *
- * @template {THREE.Object3D} T
- * @param {T} object
- * @param {Placing} placing
- */
-function place(object, { scale, rotate, about, translate }) {
-  object.scale.fromArray([scale ?? 1, scale ?? 1, scale ?? 1].flat());
-  const [x, y, z] = (rotate ?? [0, 0, 0]).map(THREE.MathUtils.degToRad);
-  object.rotation.set(x, y, z, 'ZYX');
-  object.position.fromArray(movedBy({ rotate, about, translate }));
-  object.updateMatrix();
-  return object;
-}
-
-/** @returns {THREE.Group & { children: Drawn[] }} */
-function groupOfDrawn() {
-  return /** @type {THREE.Group & { children: Drawn[] }} */ (new THREE.Group());
-}
-
-/** Empties a group and frees what its meshes hold on the graphics card. @param {ReturnType<typeof groupOfDrawn>} group */
-function discard(group) {
-  for (const mesh of group.children) {
-    mesh.geometry.dispose();
-    mesh.material.map?.dispose();
-    mesh.material.dispose();
-  }
-  group.clear();
+/** The matrix that scales, rotates about x, y and z around a point, and moves, as the job does; by columns. @param {Placing} placing */
+function matrixOf({ scale, rotate, about, translate }) {
+  const factors = [scale ?? 1, scale ?? 1, scale ?? 1].flat();
+  const columns = [0, 1, 2].map((axis) => {
+    const along = [0, 1, 2].map((other) => (other === axis ? factors[axis] : 0));
+    return [...rotated(along, rotate ?? [0, 0, 0]), 0];
+  });
+  return [...columns.flat(), ...movedBy({ rotate, about, translate }), 1];
 }

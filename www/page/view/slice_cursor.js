@@ -1,6 +1,7 @@
 /** The pointer and the cursor of the slice view: they zoom, pan, name cells and pick them. */
 import { byId, canvasOf } from '../elements/dom.js';
-import { cellAt, centreOf, placeAt, placeText } from '../text/places.js';
+import { cellText } from '../text/cell_facts.js';
+import { cellAt, placeAt } from '../text/places.js';
 import { state } from '../state/state.js';
 import { arrow, bringIntoView } from './slice_draw.js';
 import { cellUnder, currentPicture, flagOf, view, zoomBy } from './slice_view.js';
@@ -119,9 +120,5 @@ function nameCell(cell, live) {
     output.textContent = '';
     return;
   }
-  const flag = flagOf(cell);
-  const name = mesh.report.flags.find((entry) => entry.flag === flag)?.name;
-  const { unit } = mesh.report;
-  const place = `${placeText(centreOf(mesh.lines, cell), mesh.lines)}${unit ? ` ${unit}` : ''}`;
-  output.textContent = `cell ${cell.join(', ')} at ${place}: ${flag === 0 ? 'background' : `flag ${flag}${name ? `, ${name}` : ''}`}`;
+  output.textContent = cellText(mesh, cell, flagOf(cell));
 }

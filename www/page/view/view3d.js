@@ -1,29 +1,28 @@
-/** The 3-D view: loads three.js when there is first something to draw, and connects the tools above the picture. */
+/** The 3-D view: opens the scene when there is first something to draw, and connects the tools above the picture. */
 import { buttonOf, byId, canvasOf, inputOf, selectOf } from '../elements/dom.js';
 import { count, short } from '../text/format.js';
+import { cellText } from '../text/cell_facts.js';
 import { save } from '../downloads/downloads.js';
-import { clearMessages, showNotice } from '../elements/messages.js';
+import { clearMessages, showError, showNotice } from '../elements/messages.js';
 import { domainOf } from '../settings/settings.js';
 import { baseName } from '../settings/share.js';
-import { colourOf, on, placeKey, state } from '../state/state.js';
-import { paint } from './flag_pixels.js';
+import { colourOf, on, placeKey, rgb, state } from '../state/state.js';
 import { placeAt } from '../text/places.js';
+import { Scene } from './scene.js';
 
-/** @typedef {import('./scene.js').Scene} Scene */
+/** Columns of a mesh that are drawn at most: the browser holds four bytes of each, twice. */
+const MOST_COLUMNS = 2 ** 26;
 
-/** Most pixels a side of the picture of a section. */
-const SECTION_PIXELS = 1024;
-/** The same where cells differ in size: each sample is a rectangle of its own. */
-const SECTION_SAMPLES = 512;
-
-/** The scene, once three.js is loaded; a promise, so that it is loaded once. */
-let loading = /** @type {Promise<Scene> | null} */ (null);
+/** The scene, once there is something to draw. @type {Scene | null} */
+let opened = null;
+/** @type {'model' | 'cells'} */
 let shown = 'model';
-let section = 0;
 let modelsLook = '[]';
 let modelsDrawn = '';
-/** The mesh whose surface is drawn. @type {import('hexcast').Mesh | null} */
+/** The mesh whose cells are drawn. @type {import('hexcast').Mesh | null} */
 let drawn = null;
+/** Words for when the cells of the last mesh are on the canvas. */
+let said = '';
 /** Whether the view could not be opened. */
 let hasFailed = false;
 /** The side that the section removes: the one of the camera when its axis was chosen. */
@@ -43,54 +42,74 @@ export function startView3d() {
   on('mesh', () => showMesh());
   // before the surface is there, the old one would be drawn once more
   on('findings', () => drawn === state.mesh && mark());
-  on('legend', () => {
-    withScene((scene) => scene.show(shown, state.hidden));
-    cut();
-  });
-  for (const what of ['model', 'cells']) byId(`show-${what}`).addEventListener('change', () => choose(what));
+  on('legend', () => withScene((scene) => scene.setColours(colours())));
+  for (const what of /** @type {const} */ (['model', 'cells']))
+    byId(`show-${what}`).addEventListener('change', () => choose(what));
   byId('fit').addEventListener('click', () => fit());
   byId('save-3d').addEventListener('click', () => withScene(savePicture));
   byId('section-axis').addEventListener('change', () => cut(true));
   byId('section-at').addEventListener('input', () => cut());
   byId('canvas-3d').addEventListener('keydown', turnByKey);
-  // three.js is large: it is loaded while the browser is idle
-  (globalThis.requestIdleCallback ?? setTimeout)(() => loadScene().catch(() => {}));
-}
-
-function loadScene() {
-  return import('./scene.js');
-}
-
-function load() {
-  // asked first, as three.js would write an error to the console
-  if (!loading && !document.createElement('canvas').getContext('webgl2'))
-    loading = Promise.reject(new Error('there is no WebGL'));
-  loading ??= loadScene().then(({ Scene }) => new Scene(canvasOf('canvas-3d')));
-  return loading;
 }
 
 /**
- * Calls an action with the scene once there is anything to show; where a browser has no WebGL, reports that once.
+ * Calls an action with the scene once there is anything to show.
  *
  * @param {(scene: Scene) => unknown} action
  */
-async function withScene(action) {
-  if (!loading && state.geometries.length === 0 && !state.mesh) return;
+function withScene(action) {
+  if (hasFailed || (!opened && state.geometries.length === 0 && !state.mesh)) return;
   try {
-    await action(await load());
+    opened ??= new Scene(canvasOf('canvas-3d'), { failed, drawn: isDrawn, pick });
+    action(opened);
   } catch {
-    if (hasFailed) return;
-    hasFailed = true;
-    byId('no-3d').hidden = false;
-    choose('model');
+    failed();
   }
+}
+
+/** Says that there is no 3-D view. */
+function failed() {
+  if (hasFailed) return;
+  hasFailed = true;
+  byId('no-3d').hidden = false;
+  byId('view-status').textContent = '';
+  choose('model');
+}
+
+/** A picture is on the canvas. @param {{ n: number, isWhole: boolean, cells: number }} picture with the cells of so many meshes before */
+function isDrawn({ n, isWhole, cells }) {
+  Object.assign(byId('canvas-3d').dataset, { pictures: n, whole: isWhole, meshes: cells });
+  if (!said || cells !== opened?.n_meshes) return;
+  byId('view-status').textContent = said;
+  said = '';
+}
+
+/** Names the cell at a place of the canvas. @param {number} x @param {number} y */
+function pick(x, y) {
+  const { mesh } = state;
+  withScene(async (scene) => {
+    const picked = shown === 'cells' && drawn === mesh ? await scene.pick(x, y) : null;
+    byId('cell-3d').textContent = mesh && picked ? cellText(mesh, picked.cell, picked.flag) : '';
+  });
+}
+
+/** Colours of all flags as bytes, hidden ones without alpha. */
+function colours() {
+  const bytes = new Uint8Array(4 * 256);
+  for (let flag = 1; flag < 256; flag += 1) bytes.set([...rgb(colourOf(flag)), state.hidden.has(flag) ? 0 : 255], 4 * flag);
+  return new Uint32Array(bytes.buffer);
+}
+
+/** The runs of a mesh for {@link Scene#setCells}; null where there are too many rays. @param {import('hexcast').Mesh} mesh */
+export function runsOf(mesh) {
+  return mesh.report.rays > MOST_COLUMNS ? null : mesh.columns.all();
 }
 
 /** Marks what was found. */
 function mark() {
   const { findings, finding, leak } = state;
   const places = findings.map(({ place }) => place);
-  return withScene((scene) => scene.mark(places, finding, leak?.path?.points ?? []));
+  withScene((scene) => scene.mark(places, finding, leak?.path?.points ?? []));
 }
 
 /** Disables the tools while there is nothing to show. */
@@ -131,14 +150,13 @@ function showModels() {
 function recolour() {
   withScene((scene) => {
     const before = shown;
-    scene.setColours(colourOf);
+    scene.setColours(colours());
     showModels();
     choose(before);
-    cut();
   });
 }
 
-/** Shows the models or the cells. @param {string} what */
+/** Shows the models or the cells. @param {'model' | 'cells'} what */
 function choose(what) {
   // without models there are the cells only
   const hasModels = state.geometries.length > 0;
@@ -147,7 +165,8 @@ function choose(what) {
   inputOf(`show-${shown}`).checked = true;
   byId('section').hidden = shown !== 'cells' || hasFailed;
   withScene((scene) => {
-    scene.show(shown, state.hidden);
+    byId('cell-3d').textContent = '';
+    scene.show(shown);
     byId('canvas-3d').setAttribute(
       'aria-label',
       shown === 'cells' ? 'Stair-step surface of the mesh; arrow keys turn it' : 'The model; arrow keys turn it',
@@ -156,36 +175,36 @@ function choose(what) {
 }
 
 async function showMesh() {
-  const { mesh, skin: promised } = state;
+  const { mesh, runs: promised } = state;
   if (!mesh) {
     mark();
     return clearMessages('mesh');
   }
   selectOf('section-axis').value = '';
-  await withScene(async (scene) => {
-    byId('view-status').textContent = 'Extracting …';
-    const skin = await (promised ?? mesh.skin());
-    if (mesh !== state.mesh) return;
+  if (hasFailed) return undefined;
+  byId('view-status').textContent = 'Drawing …';
+  const runs = await (promised ?? runsOf(mesh))?.catch((error) => error);
+  if (mesh !== state.mesh) return undefined;
+  clearMessages('mesh');
+  if (runs === undefined || runs instanceof Error) {
+    byId('view-status').textContent = 'Too large for 3-D';
+    if (runs) return showError(runs, '3-D');
+    return showNotice('there are too many cells for the 3-D view; slices and files have all of them', 'mesh');
+  }
+  const cells = mesh.report.flags.reduce((sum, { flag, cells }) => sum + (flag ? cells : 0), 0);
+  withScene((scene) => {
     drawn = mesh;
-    await mark();
-    byId('view-status').textContent = '';
-    clearMessages('mesh');
-    if (skin.step > 1)
-      showNotice(
-        `the surface in 3-D is drawn with cells of ${skin.step} × ${skin.step} × ${skin.step}, because it has too many faces; slices and files have every cell`,
-        'mesh',
-      );
-    scene.setSkin(skin, mesh.lines, colourOf);
-    const isEmpty = skin.parts.length === 0;
-    choose(isEmpty ? 'model' : 'cells');
+    scene.setColours(colours());
+    scene.setCells(mesh, runs);
     scene.setSection(null);
     scene.setBox(domainOf(mesh.report));
+    mark();
+    said = cells > 0 ? `${count(cells)} cells` : 'No cell has a flag.';
+    choose(cells > 0 ? 'cells' : 'model');
     if (state.geometries.length === 0) fit();
-    const n_triangles = skin.parts.reduce((sum, part) => sum + part.indices.length / 3, 0);
-    byId('canvas-3d').dataset.triangles = String(n_triangles);
     scrollToView();
-    byId('view-status').textContent = isEmpty ? 'No cell has a flag.' : `${count(n_triangles)} triangles`;
   });
+  return undefined;
 }
 
 /** Moves the camera so that all of what is shown can be seen, from where it is or from a corner. */
@@ -228,40 +247,26 @@ async function savePicture(scene) {
   if (picture) save(picture, `${baseName(state.job)}-3d.png`);
 }
 
-/** Puts the section where its tools say; `isNew` starts in the middle. The last request wins. */
-async function cut(isNew = false) {
+/** Puts the section where its tools say; `isNew` starts in the middle. */
+function cut(isNew = false) {
   const { mesh } = state;
   const choice = selectOf('section-axis').value;
   const slider = inputOf('section-at');
   slider.disabled = choice === '';
-  const request = ++section;
   byId('section-where').textContent = '';
   if (!mesh || choice === '') return withScene((scene) => scene.setSection(null));
   const axis = /** @type {0 | 1 | 2} */ (Number(choice));
   slider.max = String(mesh.dims[axis] - 1);
   if (isNew) slider.value = String(Math.floor(mesh.dims[axis] / 2));
   const index = Number(slider.value);
-  const { lines } = mesh;
-  const at = placeAt(lines, axis, index + 0.5);
+  // through the middle of cells, so that it shows the plane of this number
+  const at = placeAt(mesh.lines, axis, index + 0.5);
   const where = `${'xyz'[axis]} = ${short(at)}${mesh.report.unit ? ` ${mesh.report.unit}` : ''}`;
   slider.setAttribute('aria-valuetext', `cell ${index} of ${mesh.dims[axis]}, ${where}`);
   byId('section-where').textContent = where;
-  const slice = await mesh.slice(axis, index, lines.spacing ? SECTION_PIXELS : SECTION_SAMPLES);
-  if (request !== section || mesh !== state.mesh) return undefined;
-  const [first, second] = [0, 1, 2].filter((other) => other !== axis);
-  const edges = (/** @type {number} */ of, /** @type {number} */ n) =>
-    lines.spacing
-      ? [0, n].map((sample) => placeAt(lines, of, sample * slice.step))
-      : Array.from({ length: n + 1 }, (_, sample) => placeAt(lines, of, Math.min(sample * slice.step, lines.dims[of])));
   return withScene((scene) => {
     if (isNew) side = scene.sideOf(axis);
-    scene.setSection({
-      axis,
-      side,
-      at,
-      image: paint(slice, { isUp: false, hidden: state.hidden }),
-      edges: [edges(first, slice.width), edges(second, slice.height)],
-    });
+    scene.setSection({ axis, side, at });
   });
 }
 

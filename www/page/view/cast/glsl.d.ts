@@ -1,0 +1,5 @@
+/** Texts of shaders, as Vite has them. */
+declare module '*.glsl?raw' {
+  const text: string;
+  export default text;
+}
