@@ -106,7 +106,7 @@ async function runOnPage({ context, url, spheres, runs }, n, backend) {
       await page.evaluate(pictureIsDrawn);
       made.push(await page.evaluate(clickAndWait));
       // the surface for the 3-D view is made after the mesh, and must not count as the next one's
-      const isMade = () => /triangles|No cell/.test(document.querySelector('#view-status')?.textContent ?? '');
+      const isMade = () => / cells$|No cell/.test(document.querySelector('#view-status')?.textContent ?? '');
       await page.waitForFunction(isMade, null, { timeout: 0 });
     }
     return made.slice(1);

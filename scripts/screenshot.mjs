@@ -19,7 +19,7 @@ await page.fill('.geometry .rotate', '90 0 0');
 await page.click('.geometry summary');
 await page.click('#run');
 await page.waitForSelector('#legend tr[data-flag]');
-await page.waitForFunction(() => /triangles/.test(document.querySelector('#view-status')?.textContent ?? ''));
+await page.waitForFunction(() => / cells$/.test(document.querySelector('#view-status')?.textContent ?? ''));
 await page.press('#canvas-3d', 'Home');
 for (let turn = 0; turn < 12; turn += 1) await page.press('#canvas-3d', 'ArrowRight');
 // the view is drawn once a frame, on the processor

@@ -56,7 +56,7 @@ test('once all models are removed the mesh is shown by its cells', async ({ visi
   const page = await visit('#cells=20&backend=cpu');
   await add(page, { 'box.stl': BOX });
   await run(page);
-  await page.waitForFunction(() => /triangles/.test(document.querySelector('#view-status').textContent));
+  await page.waitForFunction(() => / cells$/.test(document.querySelector('#view-status').textContent));
   await page.check('#show-model');
   await page.click('.geometry button[aria-label^=Remove]');
   await page.waitForSelector('.geometry', { state: 'detached' });
@@ -110,7 +110,7 @@ test('every edit is undone and done again, with buttons and keys', async ({ visi
     ['#cells', () => page.fill('#cells', '30'), '20', '30'],
     ['.geometry .flag', () => page.fill('.geometry .flag', '7'), '1', '7'],
     ['.geometry .name', () => page.fill('.geometry .name', 'other'), 'box', 'other'],
-    ['.geometry [type=color]', () => page.fill('.geometry [type=color]', '#112233'), '#d1584a', '#112233'],
+    ['.geometry [type=color]', () => page.fill('.geometry [type=color]', '#112233'), '#e83458', '#112233'],
     ['#unit', () => page.selectOption('#unit', 'mm'), '', 'mm'],
   ];
   for (const [, act] of edits) {

@@ -69,10 +69,8 @@ test('the model, the cells and a section are drawn in 3-D', async ({ visit }) =>
   await take(page, 'shells', 2);
   const counts = [await coloursIn3d(page)];
   await run(page);
-  await page.waitForSelector('#canvas-3d[data-triangles]', { timeout: 60_000 });
+  await page.waitForFunction(() => / cells$/.test(document.querySelector('#view-status').textContent));
   counts.push(await coloursIn3d(page));
-  const whole = await page.$eval('#canvas-3d', (canvas) => Number(canvas.dataset.triangles));
-  assert.ok(whole > 1000, `${whole} triangles`);
   await page.selectOption('#section-axis', '0');
   await page.waitForFunction(() => !document.querySelector('#section-at').disabled);
   await page.waitForTimeout(500);

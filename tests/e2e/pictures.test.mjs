@@ -56,7 +56,7 @@ const STATES = {
 async function mesh(page) {
   await take(page, 'cubes', 2);
   await run(page);
-  await page.waitForFunction(() => /triangles/.test(document.querySelector('#view-status').textContent));
+  await page.waitForFunction(() => / cells$/.test(document.querySelector('#view-status').textContent));
 }
 
 /** Shows the page on a screen; what differs from run to run and from machine to machine is set to the same words. */

@@ -18,7 +18,7 @@ async function add(page, files, n_files = Object.keys(files).length) {
   await hasGeometries(page, n_files);
 }
 
-const isDrawn = (page) => page.waitForFunction(() => /triangles/.test(document.querySelector('#view-status').textContent));
+const isDrawn = (page) => page.waitForFunction(() => / cells$/.test(document.querySelector('#view-status').textContent));
 const box = (page, selector) => page.$eval(selector, (element) => element.getBoundingClientRect().toJSON());
 
 test('labels and errors speak of parts, and of what helps', async ({ visit }) => {

@@ -1,4 +1,4 @@
-/** The samples that the page offers; their models, or three.js, which makes four of them, are loaded when one is taken. */
+/** The samples that the page offers; their models are loaded when one is taken. */
 export const SAMPLES = [
   { id: 'knot', title: 'Torus knot' },
   { id: 'cubes', title: 'Two touching blocks' },

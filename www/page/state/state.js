@@ -201,12 +201,50 @@ export function set(patch) {
   change('settings', { settings: { ...state.settings, ...patch } });
 }
 
-/** Colours that differ in hue and lightness, also for the colour-blind (after Okabe and Ito), on light and on dark. */
-const PALETTE = ['#d98324', '#3a8fc9', '#2f9e77', '#c9599a', '#8a6fd1', '#b8a51e', '#d1584a', '#5d7f99', '#7d9b3c', '#a9744f'];
+/**
+ * Colours of which no two are alike, on light and on dark: they differ by at least 21 in CIELAB, and by 11 as people without one of the
+ * three cones see them (simulated after Machado, Oliveira and Fernandes, 2009).
+ */
+const PALETTE = [
+  ...[
+    '#d98324',
+    '#3a8fc9',
+    '#10884c',
+    '#ac5870',
+    '#4c4cc4',
+    '#d0d064',
+    '#e83458',
+    '#88ac94',
+    '#882864',
+    '#7cdcb8',
+    '#7c5810',
+    '#887c94',
+  ],
+  ...[
+    '#f47cf4',
+    '#644c94',
+    '#d0a064',
+    '#405828',
+    '#10647c',
+    '#10e894',
+    '#dcc428',
+    '#f4b8dc',
+    '#e8707c',
+    '#4cb8b8',
+    '#5870d0',
+    '#a01c4c',
+  ],
+];
 
-/** Colour of a flag as #rrggbb. @param {number} flag */
+/** Colour of a flag as #rrggbb: one of the palette, after its end darker and lighter in turn. @param {number} flag */
 export function colourOf(flag) {
-  return state.colours.get(flag) ?? PALETTE[(flag - 1) % PALETTE.length];
+  const own = state.colours.get(flag);
+  if (own) return own;
+  const turn = Math.floor((flag - 1) / PALETTE.length);
+  const colour = PALETTE[(flag - 1) % PALETTE.length];
+  const [to, share] = [turn % 2 ? 0 : 255, 0.13 * Math.ceil(turn / 2)];
+  const parts = rgb(colour).map((part) => Math.round(part + (to - part) * share));
+  return `#${parts.map((part) => part.toString(16).padStart(2, '0')).join('')}`;
 }
 
 /** Red, green and blue of a colour, 0 to 255. @param {string} colour */

@@ -164,6 +164,11 @@ export class Scene {
     this.fit([...ends(0, Math.min), ...ends(1, Math.max)], direction);
   }
 
+  /** What the worker draws with. */
+  sight() {
+    return this.#camera.sight();
+  }
+
   /** From where the camera looks. */
   direction() {
     return this.#camera.offset;

@@ -78,7 +78,9 @@ function failed() {
 
 /** A picture is on the canvas. @param {{ n: number, isWhole: boolean, cells: number }} picture with the cells of so many meshes before */
 function isDrawn({ n, isWhole, cells }) {
-  Object.assign(byId('canvas-3d').dataset, { pictures: n, whole: isWhole, meshes: cells });
+  // for tests
+  const sight = JSON.stringify(opened?.sight());
+  Object.assign(byId('canvas-3d').dataset, { pictures: n, whole: isWhole, meshes: cells, sight });
   if (!said || cells !== opened?.n_meshes) return;
   byId('view-status').textContent = said;
   said = '';
