@@ -19,7 +19,7 @@ export default defineConfig({
   timeout: 240_000,
   reporter: [['list'], ['json', { outputFile: 'target/e2e.json' }]],
   use: {
-    // three.js draws on the processor here
+    // the 3-D view is drawn on the processor here
     launchOptions: { executablePath: chromium() ?? undefined, args: [...CHROMIUM_ARGS, '--enable-unsafe-swiftshader'] },
   },
 });

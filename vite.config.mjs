@@ -47,8 +47,6 @@ export default defineConfig({
     emptyOutDir: false,
     modulePreload: { polyfill: false },
     license: { fileName: 'licenses.md' },
-    // three.js
-    chunkSizeWarningLimit: 700,
   },
   preview: { host: '127.0.0.1', port: 8080, strictPort: true, headers: ISOLATED },
 });

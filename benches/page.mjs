@@ -115,15 +115,15 @@ async function runOnPage({ context, url, spheres, runs }, n, backend) {
   }
 }
 
-/** In the page: resolves once the 3-D view is drawn, which takes a driver on the processor a second after a mesh. */
+/** In the page: resolves once nothing is drawn in 3-D any more, which takes a driver on the processor a second after a mesh. */
 async function pictureIsDrawn() {
-  const canvas = /** @type {HTMLCanvasElement} */ (document.querySelector('#canvas-3d'));
-  const gl = canvas.getContext('webgl2');
-  for (let frame = 0; frame < 3; frame += 1) {
-    await new Promise(requestAnimationFrame);
-    // reading waits for all that was drawn
-    gl?.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
-  }
+  const { dataset } = /** @type {HTMLCanvasElement} */ (document.querySelector('#canvas-3d'));
+  /** @type {string | undefined} */
+  let before;
+  do {
+    before = dataset.pictures;
+    await new Promise((resolve) => setTimeout(resolve, 1000));
+  } while (before !== dataset.pictures);
 }
 
 /** In the page: clicks, and resolves once the result is shown. @returns {Promise<any>} */

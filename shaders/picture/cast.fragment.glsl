@@ -513,58 +513,61 @@ float corner_light(Hit hit_1, vec3 within, bool up) {
     return mix(mix(_e54, _e61, within[a]), mix(_e68, _e75, within[a]), within[b]);
 }
 
-float round_light(Hit hit_2, vec3 within_1) {
+float round_light(Hit hit_2, vec3 within_1, bool up_1) {
+    vec3 place_4 = vec3(0.0);
     vec3 normal = vec3(0.0);
     float open = 0.0;
     int at_4 = 0;
-    vec3 place_4 = (vec3(hit_2.cell) + within_1);
+    place_4 = (vec3(hit_2.cell) + within_1);
+    place_4[hit_2.axis] = (float(hit_2.cell[hit_2.axis]) + (up_1 ? 1.01 : -0.01));
     bool loop_init_1 = true;
     while(true) {
         if (!loop_init_1) {
-            int _e53 = at_4;
-            at_4 = (_e53 + 1);
+            int _e66 = at_4;
+            at_4 = (_e66 + 1);
         }
         loop_init_1 = false;
-        int _e12 = at_4;
-        if ((_e12 < 27)) {
+        int _e24 = at_4;
+        if ((_e24 < 27)) {
         } else {
             break;
         }
         {
-            int _e15 = at_4;
-            if ((_e15 == 13)) {
+            int _e27 = at_4;
+            if ((_e27 == 13)) {
                 continue;
             }
-            int _e18 = at_4;
-            int _e22 = at_4;
-            int _e28 = at_4;
-            vec3 way_4 = (vec3(float((_e18 % 3)), float(((_e22 / 3) % 3)), float((_e28 / 9))) - vec3(1.0));
-            float _e44 = is_open(ivec3(floor((place_4 + (way_4 * (REACH / sqrt(dot(way_4, way_4))))))));
-            vec3 _e45 = normal;
-            normal = (_e45 + (way_4 * (_e44 / dot(way_4, way_4))));
-            float _e50 = open;
-            open = (_e50 + _e44);
+            int _e30 = at_4;
+            int _e34 = at_4;
+            int _e40 = at_4;
+            vec3 way_4 = (vec3(float((_e30 % 3)), float(((_e34 / 3) % 3)), float((_e40 / 9))) - vec3(1.0));
+            vec3 _e48 = place_4;
+            float _e57 = is_open(ivec3(floor((_e48 + (way_4 * (REACH / sqrt(dot(way_4, way_4))))))));
+            vec3 _e58 = normal;
+            normal = (_e58 + (way_4 * (_e57 / dot(way_4, way_4))));
+            float _e63 = open;
+            open = (_e63 + _e57);
         }
     }
-    vec3 _e55 = normal;
-    vec3 _e56 = normal;
-    if ((dot(_e55, _e56) == 0.0)) {
+    vec3 _e68 = normal;
+    vec3 _e69 = normal;
+    if ((dot(_e68, _e69) == 0.0)) {
         return 0.5;
     }
-    vec3 _e61 = normal;
-    normal = normalize(_e61);
-    vec3 _e63 = normal;
-    vec3 _e69 = _group_0_binding_0_fs.light_up;
-    vec3 _e71 = normal;
-    vec3 _e78 = _group_0_binding_0_fs.light_down;
-    vec3 light_1 = ((max(_e63, vec3(0.0)) * _e69) + (max(-(_e71), vec3(0.0)) * _e78));
-    vec3 _e81 = normal;
-    float tone = dot(light_1, abs(_e81));
-    float _e84 = open;
-    return (tone * (0.72 + (0.28 * smoothstep(0.2, 0.55, (_e84 / 26.0)))));
+    vec3 _e74 = normal;
+    normal = normalize(_e74);
+    vec3 _e76 = normal;
+    vec3 _e82 = _group_0_binding_0_fs.light_up;
+    vec3 _e84 = normal;
+    vec3 _e91 = _group_0_binding_0_fs.light_down;
+    vec3 light_1 = ((max(_e76, vec3(0.0)) * _e82) + (max(-(_e84), vec3(0.0)) * _e91));
+    vec3 _e94 = normal;
+    float tone = dot(light_1, abs(_e94));
+    float _e97 = open;
+    return (tone * (0.72 + (0.28 * smoothstep(0.2, 0.55, (_e97 / 26.0)))));
 }
 
-float shade(Hit hit_3, vec3 way_2, bool up_1, bool is_cut) {
+float shade(Hit hit_3, vec3 way_2, bool up_2, bool is_cut) {
     vec3 drawn = vec3(0.0);
     float light = 0.0;
     vec3 _e6 = _group_0_binding_0_fs.eye;
@@ -596,7 +599,7 @@ float shade(Hit hit_3, vec3 way_2, bool up_1, bool is_cut) {
     float edge = max(_e124, max(_e126, _e128));
     float _e135 = _group_0_binding_0_fs.light_down[hit_3.axis];
     float _e140 = _group_0_binding_0_fs.light_up[hit_3.axis];
-    light = (up_1 ? _e140 : _e135);
+    light = (up_2 ? _e140 : _e135);
     if (is_cut) {
         light = 1.0;
     } else {
@@ -604,10 +607,10 @@ float shade(Hit hit_3, vec3 way_2, bool up_1, bool is_cut) {
         if ((_e146 != 0u)) {
             float large = (1.0 - smoothstep(0.1, 0.3, max(per_pixel.x, max(per_pixel.y, per_pixel.z))));
             float _e159 = light;
-            float _e160 = corner_light(hit_3, within_2, up_1);
+            float _e160 = corner_light(hit_3, within_2, up_2);
             light = (_e159 * mix(1.0, _e160, large));
             if ((large < 1.0)) {
-                float _e166 = round_light(hit_3, within_2);
+                float _e166 = round_light(hit_3, within_2, up_2);
                 float _e167 = light;
                 light = mix(_e166, _e167, large);
             }
@@ -633,7 +636,7 @@ void main() {
     if ((_e21.flag == 0u)) {
         discard;
     }
-    bool up_2 = (_e17[_e21.axis] < 0.0);
+    bool up_3 = (_e17[_e21.axis] < 0.0);
     if (_e21.is_start) {
         uint _e34 = _group_0_binding_0_fs.cut;
         local = (_e34 != 6u);
@@ -650,7 +653,7 @@ void main() {
     bool _e50 = local_1;
     if (_e50) {
         uint _e55 = _group_0_binding_0_fs.cut;
-        local_2 = (up_2 == (_e55 >= 3u));
+        local_2 = (up_3 == (_e55 >= 3u));
     } else {
         local_2 = false;
     }
@@ -658,8 +661,8 @@ void main() {
     uint _e63 = _group_0_binding_0_fs.colours;
     uint _e65 = word(_e63, _e21.flag);
     vec3 colour = (vec4(_e65 & 0xFFu, _e65 >> 8 & 0xFFu, _e65 >> 16 & 0xFFu, _e65 >> 24) / 255.0).xyz;
-    uint face = (is_cut_1 ? 6u : (uint(_e21.axis) + (up_2 ? 3u : 0u)));
-    float _e76 = shade(_e21, _e17, up_2, is_cut_1);
+    uint face = (is_cut_1 ? 6u : (uint(_e21.axis) + (up_3 ? 3u : 0u)));
+    float _e76 = shade(_e21, _e17, up_3, is_cut_1);
     float _e79 = _group_0_binding_0_fs.depth_scale;
     float _e84 = _group_0_binding_0_fs.depth_offset;
     float depth = ((_e79 / _e21.t) + _e84);

@@ -57,8 +57,8 @@ float corner(float side, float other, float between) {
 
 void main() {
     uint index = uint(gl_VertexID);
-    vec2 place_4 = ((vec2(float((index & 1u)), float((index >> 1u))) * 4.0) - vec2(1.0));
-    Corner _tmp_return = Corner(vec4(place_4, 0.0, 1.0), place_4);
+    vec2 place_5 = ((vec2(float((index & 1u)), float((index >> 1u))) * 4.0) - vec2(1.0));
+    Corner _tmp_return = Corner(vec4(place_5, 0.0, 1.0), place_5);
     gl_Position = _tmp_return.position;
     _vs2fs_location0 = _tmp_return.place;
     return;

@@ -312,15 +312,17 @@ fn shade(hit: Hit, way: vec3f, up: bool, is_cut: bool) -> f32 {
         let large = 1.0 - smoothstep(0.1, 0.3, max(per_pixel.x, max(per_pixel.y, per_pixel.z)));
         light *= mix(1.0, corner_light(hit, within, up), large);
         if large < 1.0 {
-            light = mix(round_light(hit, within), light, large);
+            light = mix(round_light(hit, within, up), light, large);
         }
     }
     return light * (1.0 - 0.34 * edge);
 }
 
 // The light of the smooth surface that small cells stand for: its normal is where most of the cells around are open.
-fn round_light(hit: Hit, within: vec3f) -> f32 {
-    let place = vec3f(hit.cell) + within;
+fn round_light(hit: Hit, within: vec3f, up: bool) -> f32 {
+    var place = vec3f(hit.cell) + within;
+    // a little before the face: rounding would put some places behind it
+    place[hit.axis] = f32(hit.cell[hit.axis]) + select(-0.01, 1.01, up);
     var normal = vec3f(0.0);
     var open = 0.0;
     for (var at = 0; at < 27; at++) {

@@ -7,7 +7,7 @@ import { createRequire } from 'node:module';
 import { expect } from '@playwright/test';
 
 import { OPEN_BOX } from './open_box.mjs';
-import { COPPER, hasGeometries, isIdle, keptFiles, run, saved, slice, take, test, withoutWebGl } from './visit.mjs';
+import { COPPER, hasGeometries, isIdle, keptFiles, run, saved, slice, take, test, withoutOffscreen } from './visit.mjs';
 import { WITHOUT_ADAPTER } from './workers.mjs';
 
 const AXE = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
@@ -122,7 +122,7 @@ test('axe-core finds nothing: a comparison with a mesh file, which is reached wi
 });
 
 test('axe-core finds nothing: no WebGL, no GPU', async ({ visit, siteWithWorker }) => {
-  const page = await visit('#cells=20&backend=cpu', { prepare: withoutWebGl });
+  const page = await visit('#cells=20&backend=cpu', { prepare: withoutOffscreen });
   await page.evaluate(AXE);
   await take(page, 'cubes', 2);
   await page.waitForSelector('#no-3d:visible');

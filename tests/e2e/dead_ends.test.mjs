@@ -6,7 +6,20 @@ import assert from 'node:assert/strict';
 import { expect } from '@playwright/test';
 
 import { boxBetween } from './open_box.mjs';
-import { COPPER, hasGeometries, isIdle, keptFiles, legend, picture3d, run, slice, take, test, withoutWebGl } from './visit.mjs';
+import {
+  COPPER,
+  hasGeometries,
+  isIdle,
+  keptFiles,
+  legend,
+  picture3d,
+  run,
+  slice,
+  take,
+  test,
+  withoutOffscreen,
+  withoutWebGl,
+} from './visit.mjs';
 import { WITHOUT_ADAPTER } from './workers.mjs';
 
 const BOX = boxBetween([0, 0, 0], [4, 2, 2]);
@@ -89,17 +102,19 @@ test('where a backend is not there, the last one and its mesh stay', async ({ vi
   assert.equal((await slice(page, 'z', 2))[2][2], COPPER);
 });
 
-test('without WebGL the page says so, offers no tool of the 3-D view, and does all else', async ({ visit }) => {
-  const page = await visit('#cells=20&backend=cpu', { prepare: withoutWebGl });
-  await take(page, 'cubes', 2);
-  await page.waitForSelector('#no-3d:visible');
-  assert.match(await page.textContent('#no-3d'), /no WebGL: there is no 3-D view/);
-  await run(page);
-  for (const id of ['fit', 'save-3d', 'show-model', 'show-cells']) assert.ok(await page.isDisabled(`#${id}`), id);
-  assert.ok(await page.isHidden('#section'));
-  assert.equal(await page.getAttribute('#canvas-3d', 'tabindex'), '-1');
-  assert.equal((await slice(page, 'z', 2))[2][2], COPPER);
-});
+for (const [what, prepare] of Object.entries({ 'WebGL 2': undefined, 'canvases in workers': withoutOffscreen }))
+  test(`without ${what} the page says so, offers no tool of the 3-D view, and does all else`, async ({ visit }) => {
+    const page = await visit('#cells=20&backend=cpu', { prepare });
+    if (!prepare) await withoutWebGl(page);
+    await take(page, 'cubes', 2);
+    await page.waitForSelector('#no-3d:visible');
+    assert.match(await page.textContent('#no-3d'), /no WebGL 2 for workers: there is no 3-D view/);
+    await run(page);
+    for (const id of ['fit', 'save-3d', 'show-model', 'show-cells']) assert.ok(await page.isDisabled(`#${id}`), id);
+    assert.ok(await page.isHidden('#section'));
+    assert.equal(await page.getAttribute('#canvas-3d', 'tabindex'), '-1');
+    assert.equal((await slice(page, 'z', 2))[2][2], COPPER);
+  });
 
 test('every edit is undone and done again, with buttons and keys', async ({ visit }) => {
   const page = await visit('#cells=20&backend=cpu');

@@ -87,13 +87,18 @@ function withoutPicker() {
   delete window.showSaveFilePicker;
 }
 
-/** Before the page's scripts: a browser without WebGL. */
-export function withoutWebGl() {
+/** Before the page's scripts: a browser whose canvases cannot go to a worker. */
+export function withoutOffscreen() {
   delete window.showSaveFilePicker;
-  const { getContext } = HTMLCanvasElement.prototype;
-  HTMLCanvasElement.prototype.getContext = function (kind, ...options) {
-    return /webgl/.test(kind) ? null : getContext.call(this, kind, ...options);
-  };
+  delete HTMLCanvasElement.prototype.transferControlToOffscreen;
+}
+
+/** Lets the worker that draws find no WebGL. */
+export function withoutWebGl(page) {
+  return page.route(/draw_worker.*\.js$/, async (route) => {
+    const response = await route.fetch();
+    await route.fulfill({ response, body: `OffscreenCanvas.prototype.getContext = () => null;\n${await response.text()}` });
+  });
 }
 
 export function isIdle(page) {
