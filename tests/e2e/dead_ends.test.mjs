@@ -18,7 +18,6 @@ import {
   take,
   test,
   withoutOffscreen,
-  withoutWebGl,
 } from './visit.mjs';
 import { WITHOUT_ADAPTER } from './workers.mjs';
 
@@ -105,7 +104,7 @@ test('where a backend is not there, the last one and its mesh stay', async ({ vi
 for (const [what, prepare] of Object.entries({ 'WebGL 2': undefined, 'canvases in workers': withoutOffscreen }))
   test(`without ${what} the page says so, offers no tool of the 3-D view, and does all else`, async ({ visit }) => {
     const page = await visit('#cells=20&backend=cpu', { prepare });
-    if (!prepare) await withoutWebGl(page);
+    if (!prepare) await beforeDrawing(page, WITHOUT_WEBGL);
     await take(page, 'cubes', 2);
     await page.waitForSelector('#no-3d:visible');
     assert.match(await page.textContent('#no-3d'), /no WebGL 2 for workers: there is no 3-D view/);
@@ -115,6 +114,34 @@ for (const [what, prepare] of Object.entries({ 'WebGL 2': undefined, 'canvases i
     assert.equal(await page.getAttribute('#canvas-3d', 'tabindex'), '-1');
     assert.equal((await slice(page, 'z', 2))[2][2], COPPER);
   });
+
+/** Loses the context of the worker that draws when it is told so, and gives it back. */
+const LOSE_CONTEXT = `{
+  const { getContext } = OffscreenCanvas.prototype;
+  let lose;
+  OffscreenCanvas.prototype.getContext = function (...options) {
+    const gl = getContext.apply(this, options);
+    lose ??= gl.getExtension('WEBGL_lose_context');
+    return gl;
+  };
+  new BroadcastChannel('context').onmessage = () => {
+    lose.loseContext();
+    setTimeout(() => lose.restoreContext(), 300);
+  };
+}`;
+
+test('a picture whose context is lost is drawn again once there is another', async ({ visit }) => {
+  const page = await visit('#cells=20&backend=cpu');
+  await beforeDrawing(page, LOSE_CONTEXT);
+  await add(page, { 'box.stl': BOX });
+  await run(page);
+  await page.waitForFunction(() => / cells$/.test(document.querySelector('#view-status').textContent));
+  const before = await covered(page);
+  assert.ok(before > 0.05, `${before}`);
+  await page.evaluate(() => new BroadcastChannel('context').postMessage('lose'));
+  await page.waitForTimeout(1500);
+  assert.ok(Math.abs((await covered(page)) / before - 1) < 0.01);
+});
 
 test('every edit is undone and done again, with buttons and keys', async ({ visit }) => {
   const page = await visit('#cells=20&backend=cpu');

@@ -93,11 +93,14 @@ export function withoutOffscreen() {
   delete HTMLCanvasElement.prototype.transferControlToOffscreen;
 }
 
-/** Lets the worker that draws find no WebGL. */
-export function withoutWebGl(page) {
+/** The worker that draws finds no WebGL. */
+export const WITHOUT_WEBGL = 'OffscreenCanvas.prototype.getContext = () => null;';
+
+/** Lets the worker that draws run this code first; not once it is there. */
+export function beforeDrawing(page, code) {
   return page.route(/draw_worker.*\.js$/, async (route) => {
     const response = await route.fetch();
-    await route.fulfill({ response, body: `OffscreenCanvas.prototype.getContext = () => null;\n${await response.text()}` });
+    await route.fulfill({ response, body: `${code}\n${await response.text()}` });
   });
 }
 

@@ -12,6 +12,8 @@ import { startOrbit } from './orbit.js';
  * @typedef {import('./cast/cells.js').Cut} Cut
  * @typedef {{ scale: number | number[] | null, rotate: number[] | null, about: number[] | null, translate: number[] | null }} Placing
  * @typedef {Placing & { corners: Float32Array, colour: string }} Model
+ * @typedef {{ n: number, isWhole: boolean, cells: number, step: number }} Drawn a picture: its number, whether it is whole, of the cells of which
+ *   mesh it is, and how many cells of that along an edge are the smallest that can be drawn
  * @typedef {{ cell: number[], flag: number, axis: number, step: number }} Picked a cell, and the axis of its face; `step` cells along an edge
  */
 
@@ -40,15 +42,15 @@ export class Scene {
 
   /**
    * @param {HTMLCanvasElement} canvas
-   * @param {{ failed: () => void, drawn: (picture: { n: number, isWhole: boolean, cells: number }) => void, pick: (x: number, y: number) => void }} listener
+   * @param {{ failed: (message?: string) => void, drawn: (picture: Drawn) => void, pick: (x: number, y: number) => void }} listener
    */
   constructor(canvas, { failed, drawn, pick }) {
     this.#frame = /** @type {HTMLElement} */ (canvas.parentElement);
     const offscreen = canvas.transferControlToOffscreen();
     this.#worker = new Worker(new URL('./cast/draw_worker.js', import.meta.url), { type: 'module', name: 'picture' });
-    this.#worker.addEventListener('error', failed);
+    this.#worker.addEventListener('error', () => failed());
     this.#worker.addEventListener('message', ({ data }) => {
-      if (data.kind === 'failed') failed();
+      if (data.kind === 'failed') failed(data.message);
       else if (data.kind === 'drawn') drawn(data);
       else this.#answer(data.id, data.answer);
     });

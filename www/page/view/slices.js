@@ -136,7 +136,7 @@ function showPlane(mesh, axis, index) {
 
 function repaint() {
   const { picture } = view;
-  picture?.bitmap.getContext('2d')?.putImageData(paint(picture.slice, { isUp: true, hidden: state.hidden }), 0, 0);
+  picture?.bitmap.getContext('2d')?.putImageData(paint(picture.slice, state.hidden), 0, 0);
 }
 
 /** @param {KeyboardEvent} event */

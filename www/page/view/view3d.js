@@ -6,8 +6,9 @@ import { save } from '../downloads/downloads.js';
 import { clearMessages, showError, showNotice } from '../elements/messages.js';
 import { domainOf } from '../settings/settings.js';
 import { baseName } from '../settings/share.js';
-import { colourOf, on, placeKey, rgb, state } from '../state/state.js';
+import { colourOf, on, placeKey, state } from '../state/state.js';
 import { placeAt } from '../text/places.js';
+import { flagColours } from './flag_pixels.js';
 import { Scene } from './scene.js';
 
 /** Columns of a mesh that are drawn at most: the browser holds four bytes of each, twice. */
@@ -42,7 +43,7 @@ export function startView3d() {
   on('mesh', () => showMesh());
   // before the surface is there, the old one would be drawn once more
   on('findings', () => drawn === state.mesh && mark());
-  on('legend', () => withScene((scene) => scene.setColours(colours())));
+  on('legend', () => withScene((scene) => scene.setColours(flagColours(state.hidden))));
   for (const what of /** @type {const} */ (['model', 'cells']))
     byId(`show-${what}`).addEventListener('change', () => choose(what));
   byId('fit').addEventListener('click', () => fit());
@@ -62,13 +63,14 @@ function withScene(action) {
   try {
     opened ??= new Scene(canvasOf('canvas-3d'), { failed, drawn: isDrawn, pick });
     action(opened);
-  } catch {
-    failed();
+  } catch (error) {
+    failed('transferControlToOffscreen' in HTMLCanvasElement.prototype ? String(error) : undefined);
   }
 }
 
-/** Says that there is no 3-D view. */
-function failed() {
+/** Says that there is no 3-D view. @param {string} [message] where it is not for want of WebGL */
+function failed(message) {
+  if (message) console.error(message);
   if (hasFailed) return;
   hasFailed = true;
   byId('no-3d').hidden = false;
@@ -76,14 +78,17 @@ function failed() {
   choose('model');
 }
 
-/** A picture is on the canvas. @param {{ n: number, isWhole: boolean, cells: number }} picture with the cells of so many meshes before */
-function isDrawn({ n, isWhole, cells }) {
+/** A picture is on the canvas. @param {import('./scene.js').Drawn} picture */
+function isDrawn({ n, isWhole, cells, step }) {
   // for tests
   const sight = JSON.stringify(opened?.sight());
   Object.assign(byId('canvas-3d').dataset, { pictures: n, whole: isWhole, meshes: cells, sight });
   if (!said || cells !== opened?.n_meshes) return;
   byId('view-status').textContent = said;
   said = '';
+  const size = [step, step, step].join(' × ');
+  if (step > 1)
+    showNotice(`the 3-D view has no room for all cells, and draws ${size} as one; slices and files have every cell`, 'mesh');
 }
 
 /** Names the cell at a place of the canvas. @param {number} x @param {number} y */
@@ -93,13 +98,6 @@ function pick(x, y) {
     const picked = shown === 'cells' && drawn === mesh ? await scene.pick(x, y) : null;
     byId('cell-3d').textContent = mesh && picked ? cellText(mesh, picked.cell, picked.flag) : '';
   });
-}
-
-/** Colours of all flags as bytes, hidden ones without alpha. */
-function colours() {
-  const bytes = new Uint8Array(4 * 256);
-  for (let flag = 1; flag < 256; flag += 1) bytes.set([...rgb(colourOf(flag)), state.hidden.has(flag) ? 0 : 255], 4 * flag);
-  return new Uint32Array(bytes.buffer);
 }
 
 /** The runs of a mesh for {@link Scene#setCells}; null where there are too many rays. @param {import('hexcast').Mesh} mesh */
@@ -152,7 +150,7 @@ function showModels() {
 function recolour() {
   withScene((scene) => {
     const before = shown;
-    scene.setColours(colours());
+    scene.setColours(flagColours(state.hidden));
     showModels();
     choose(before);
   });
@@ -196,7 +194,7 @@ async function showMesh() {
   const cells = mesh.report.flags.reduce((sum, { flag, cells }) => sum + (flag ? cells : 0), 0);
   withScene((scene) => {
     drawn = mesh;
-    scene.setColours(colours());
+    scene.setColours(flagColours(state.hidden));
     scene.setCells(mesh, runs);
     scene.setSection(null);
     scene.setBox(domainOf(mesh.report));

@@ -29,8 +29,10 @@ export class Cells {
   #grid = null;
   /** The columns of the mesh and coarser ones. @type {Columns[]} */
   #columns = [];
-  /** @type {(Level | undefined)[]} */
+  /** Null for those that are too large for the graphics card. @type {(Level | null | undefined)[]} */
   #levels = [];
+  /** Cells of the mesh along an edge of the smallest that can be drawn. */
+  step = 1;
   #counts = new Float64Array(256);
   /** Texture of the pick. @type {WebGLFramebuffer | null} */
   #picked = null;
@@ -48,6 +50,7 @@ export class Cells {
   set(cells) {
     this.#free(0);
     this.#grid = cells?.grid ?? null;
+    this.step = 1;
     this.#columns = cells ? [cells.columns] : [];
     if (cells) this.#counts = countsOf(cells.columns);
   }
@@ -98,14 +101,15 @@ export class Cells {
     for (let level = wanted; level < 24; level += 1) {
       const columns = this.#columnsOf(level);
       if (!columns) return level > 0 && level === wanted ? this.#level(level - 1) : null;
-      this.#levels[level] ??= this.#upload(columns, level);
+      if (this.#levels[level] === undefined) this.#levels[level] = this.#upload(columns, level);
       const found = this.#levels[level];
       if (found) return [found, level];
+      this.step = 2 ** (level + 1);
     }
     return null;
   }
 
-  /** @param {Columns} columns @param {number} level @returns {Level | undefined} nothing where it is too large */
+  /** @param {Columns} columns @param {number} level @returns {Level | null} null where it is too large */
   #upload(columns, level) {
     const gl = this.#gl;
     const most = gl.getParameter(gl.MAX_TEXTURE_SIZE);
@@ -128,7 +132,7 @@ export class Cells {
       rows[name] = height;
       height += Math.ceil(length / width);
     }
-    if (height > most) return undefined;
+    if (height > most) return null;
     const texture = gl.createTexture();
     gl.bindTexture(gl.TEXTURE_2D, texture);
     gl.texStorage2D(gl.TEXTURE_2D, 1, gl.R32UI, width, height);

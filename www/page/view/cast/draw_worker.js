@@ -220,7 +220,7 @@ async function drawInStrips(jitter, isOld) {
 /** @param {boolean} isWhole @param {number} cells meshes that were there when it began */
 function tell(isWhole, cells) {
   n_pictures += 1;
-  say({ kind: 'drawn', n: n_pictures, isWhole, cells });
+  say({ kind: 'drawn', n: n_pictures, isWhole, cells, step: opened?.picture.cells.step });
 }
 
 /** @returns {Promise<Blob | null>} PNG of the whole picture */
