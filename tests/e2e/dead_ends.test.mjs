@@ -7,6 +7,7 @@ import { expect } from '@playwright/test';
 
 import { boxBetween } from './open_box.mjs';
 import {
+  beforeDrawing,
   COPPER,
   hasGeometries,
   isIdle,
@@ -17,6 +18,7 @@ import {
   slice,
   take,
   test,
+  WITHOUT_WEBGL,
   withoutOffscreen,
 } from './visit.mjs';
 import { WITHOUT_ADAPTER } from './workers.mjs';
