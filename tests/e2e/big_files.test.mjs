@@ -35,8 +35,9 @@ function listen() {
   window.Worker = class extends Plain {
     constructor(...options) {
       super(...options);
-      this.addEventListener('message', ({ data: { progress } }) => {
-        if (!progress) return;
+      this.addEventListener('message', ({ data: { id, progress } }) => {
+        // the runs of the mesh are read for the 3-D view as well
+        if (!progress || id === this.columns) return;
         window.heard.push({ stage: progress.stage, share: progress.done / progress.total });
         if (progress.stage !== window.endAt[0]) return;
         window.endAt.shift();
@@ -46,6 +47,11 @@ function listen() {
           document.dispatchEvent(new KeyboardEvent('keydown', { key: 'Escape', bubbles: true }));
         });
       });
+    }
+
+    postMessage(message, ...options) {
+      if (message.operation === 'columns') this.columns = message.id;
+      super.postMessage(message, ...options);
     }
   };
   const look = () => {
