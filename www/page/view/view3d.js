@@ -100,9 +100,9 @@ function pick(x, y) {
   });
 }
 
-/** The runs of a mesh for {@link Scene#setCells}; null where there are too many rays. @param {import('hexcast').Mesh} mesh */
+/** The runs of a mesh for {@link Scene#setCells}; null where there are too many rays, or no view. @param {import('hexcast').Mesh} mesh */
 export function runsOf(mesh) {
-  return mesh.report.rays > MOST_COLUMNS ? null : mesh.columns.all();
+  return hasFailed || mesh.report.rays > MOST_COLUMNS ? null : mesh.columns.all();
 }
 
 /** Marks what was found. */

@@ -30,8 +30,9 @@ const PASSES = [
   [0.375, 0.25],
   [-0.25, 0.375],
 ];
-/** Milliseconds of the first pass, up to which others follow. */
-const PASS_MS = 700;
+/** After so many milliseconds no further pass begins, of the view at rest and of a file that somebody waits for. */
+const VIEW_MS = 2000;
+const FILE_MS = 700;
 
 /** @type {Opened | null} */
 let opened = null;
@@ -193,7 +194,7 @@ async function drawWhole(isOld) {
     opened.picture.showMean(n);
     await isDone(opened.gl);
     tell(true, n_meshes);
-    if (isOld() || performance.now() - begin > PASS_MS) return;
+    if (isOld() || performance.now() - begin > VIEW_MS) return;
   }
 }
 
@@ -230,7 +231,7 @@ async function wholePicture() {
   for (const [n, jitter] of PASSES.entries()) {
     await drawInStrips(jitter, () => false);
     opened.picture.showMean(n);
-    if (performance.now() - begin > PASS_MS) break;
+    if (performance.now() - begin > FILE_MS) break;
   }
   // in the task that draws: the canvas is empty after it
   opened.picture.showAgain();
