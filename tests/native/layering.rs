@@ -51,6 +51,7 @@ const GROUPS: &[(&str, &[&str])] = &[
             "shells",
             "certificate",
             "cut",
+            "cut_cells",
             "difference",
             "skin",
             "leak",

@@ -34,7 +34,7 @@ mod refined;
 mod surface;
 
 pub use column::parts_of_cell;
-pub use fraction::Part;
 pub use fraction::{CutSurface, Fraction, Fractions};
+pub use fraction::{Part, Totals};
 #[doc(hidden)]
 pub use measure::fractions;
