@@ -167,6 +167,8 @@ pub(super) fn product_of_columns(one: &[Column], other: &[Column]) -> Vec<Column
 
 /// Columns with less than this of a cell are left out of products.
 const NOTHING: f64 = 1e-18;
+/// Values below this, as a part of the greatest, are 0.
+const ROUNDING: f64 = 1e-14;
 
 impl Column {
     /// Below a polygon, whose corners may be in either order.
@@ -209,9 +211,11 @@ impl Column {
 }
 
 /// What of a convex polygon lies where a linear function is not negative, and the rest: together all of it, and nothing twice. None where that has no area. A function that
-/// changes its sign more often than twice around the polygon is 0 but for rounding.
+/// changes its sign more often than twice around the polygon is 0 but for rounding, and so is a value that is small beside the others.
 fn divided(corners: &[Point], of: impl Fn(&Point) -> f64) -> [Option<Vec<Point>>; 2] {
-    let values: Vec<f64> = corners.iter().map(of).collect();
+    let mut values: Vec<f64> = corners.iter().map(of).collect();
+    let least = ROUNDING * values.iter().fold(0.0f64, |most, value| most.max(value.abs()));
+    values.iter_mut().filter(|value| value.abs() <= least).for_each(|value| *value = 0.0);
     let next = |at: usize| if at + 1 == values.len() { 0 } else { at + 1 };
     let changes = |at: &usize| (values[*at] < 0.0) != (values[next(*at)] < 0.0);
     let n_changes = (0..values.len()).filter(changes).count();
