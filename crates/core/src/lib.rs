@@ -96,7 +96,7 @@ pub use base::error::{self, Error, Result};
 pub use base::{finding, length, memory};
 pub use cells::columns;
 pub use derived::mesh::{self, Mesh};
-pub use derived::{cut, cut_cells, difference, fractions, gaps, leak, links, skin, staggered, walls};
+pub use derived::{cut, difference, fractions, gaps, leak, links, skin, staggered, walls};
 pub use grid::lines;
 pub use input::job::{self, GeometryJob, Job};
 pub use input::sources::{self, Source};

@@ -34,7 +34,9 @@ mod refined;
 mod surface;
 
 pub use column::parts_of_cell;
+pub use fraction::Part;
+#[doc(hidden)]
+pub use fraction::Totals;
 pub use fraction::{CutSurface, Fraction, Fractions};
-pub use fraction::{Part, Totals};
 #[doc(hidden)]
 pub use measure::fractions;

@@ -6,7 +6,7 @@ mod oracle;
 use std::collections::HashMap;
 
 use self::models::*;
-use super::edges::{ACROSS, edges_of, ends_of};
+use super::edges::{ACROSS, ends_of};
 use super::*;
 use crate::grid::lines::Lines;
 use crate::grid::window::CellWindow;
@@ -305,14 +305,5 @@ fn what_is_inverted_is_the_rest() {
     let swapped: Vec<(u64, f64)> = known.flags().map(|of| (of.cell, 1.0 - of.fraction)).collect();
     for (one, (cell, fraction)) in found.flags().zip(swapped) {
         assert!(one.cell == cell && (one.fraction - fraction).abs() < 1e-15);
-    }
-}
-
-#[test]
-fn faces_of_edges_are_those_of_corners() {
-    // what a face's edges say of its corners is what the cell's edges say
-    for face in 0..6 {
-        let corners: Vec<usize> = edges_of(face)[..2].iter().flat_map(|&edge| ends_of(edge)).collect();
-        assert!(corners.iter().all(|corner| corner >> (face / 2) & 1 == face % 2));
     }
 }

@@ -5,7 +5,8 @@
 //! meet the face, and the upper edge times the height (Green). Cells: what is below the pieces, and the upper face times the height (Gauss).
 //!
 //! Where the winding number w has two values alone, m and m + 1, the integral of w - m is the part with m + 1: that and the rule give what is inside. One piece has two sides.
-//! Several that are part of one convex body, or of the rest of one, have two as well. Otherwise (w - m) (w - m - 1), which is nowhere negative, is 0 everywhere exactly if its
+//! Several that hang together and do not pass through each other are one sheet, which divides the cell into two parts. Several that are part of one convex body, or of the rest of one, have two
+//! sides as well. Otherwise (w - m) (w - m - 1), which is nowhere negative, is 0 everywhere exactly if its
 //! integral is 0.
 
 use super::edges::{ACROSS, Crossing, Insides, at_corners, crossings, edges_of, ends_of, upper_edge_of};
@@ -144,7 +145,7 @@ impl Winding {
     pub(super) fn two_of_cell(&self, pieces: &Pieces, of_rank: &[Piece], insides: &Insides) -> Option<Two> {
         const ALL: [usize; 12] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11];
         let two = self.two(&ALL[..8], &ALL, self.cell()[0], insides)?;
-        let is_sure = of_rank.len() == 1 || are_of_convex(pieces, of_rank);
+        let is_sure = of_rank.len() == 1 || are_one_sheet(pieces, of_rank) || are_of_convex(pieces, of_rank);
         let is_two = || {
             let less = self.columns(pieces, of_rank, two);
             let more: Vec<Column> = less.iter().cloned().chain([whole_cell(-1)]).collect();
@@ -260,6 +261,61 @@ pub(super) fn strips_of<'a>(pieces: &'a Pieces, piece: &'a Piece, face: usize) -
     of_face.map(move |(at, _)| {
         let next = if at + 1 == corners.len() { 0 } else { at + 1 };
         strip(face, [&corners[at], &corners[next]], piece)
+    })
+}
+
+/// Pieces of which it is found out whether they are one sheet.
+const MOST_OF_SHEET: usize = 32;
+
+/// Whether pieces are one sheet: each side within the cell has one other piece beside it, all hang together, and two that have no side in common are on different sides of the plane of one
+/// of them. Both pieces at a side have the same numbers for its ends.
+fn are_one_sheet(pieces: &Pieces, of_rank: &[Piece]) -> bool {
+    let n = of_rank.len();
+    if n > MOST_OF_SHEET {
+        return false;
+    }
+    let mut beside = [0u32; MOST_OF_SHEET];
+    for (at, piece) in of_rank.iter().enumerate() {
+        for [from, to] in sides_within(pieces, piece) {
+            let mut others = 0;
+            for (index, other) in of_rank.iter().enumerate().filter(|(index, _)| *index != at) {
+                let n_common = sides_within(pieces, other).filter(|[start, end]| *start == to && *end == from).count();
+                others += n_common;
+                beside[at] |= u32::from(n_common > 0) << index;
+            }
+            if others != 1 {
+                return false;
+            }
+        }
+    }
+    let (mut reached, mut last) = (1u32, 0);
+    while reached != last {
+        last = reached;
+        reached |= (0..n).filter(|at| last >> at & 1 == 1).fold(0, |all, at| all | beside[at]);
+    }
+    let hangs_together = reached.count_ones() as usize == n;
+    let are_apart = |(one, other): (usize, usize)| {
+        beside[one] >> other & 1 == 1 || is_divided(pieces, [&of_rank[one], &of_rank[other]])
+    };
+    hangs_together && (n == 2 || (0..n).flat_map(|one| (0..one).map(move |other| (one, other))).all(are_apart))
+}
+
+/// The sides of a piece that lie within the cell, not on its faces.
+fn sides_within<'a>(pieces: &'a Pieces, piece: &Piece) -> impl Iterator<Item = [&'a Point; 2]> {
+    let (corners, sides) = (pieces.corners(piece), pieces.sides(piece));
+    let ends = (0..corners.len()).map(|at| [&corners[at], &corners[if at + 1 == corners.len() { 0 } else { at + 1 }]]);
+    ends.zip(sides).filter(|(ends, side)| **side == 0 && ends[0] != ends[1]).map(|(ends, _)| ends)
+}
+
+/// Whether one of two pieces is on one side of the plane of the other, and not in it.
+fn is_divided(pieces: &Pieces, [one, other]: [&Piece; 2]) -> bool {
+    [(one, other), (other, one)].iter().any(|(plane, piece)| {
+        let (vector, base) = (below_polygon(pieces.corners(plane)).1, pieces.corners(plane)[0]);
+        let limit = FLAT * vector.iter().map(|component| component.abs()).sum::<f64>();
+        let height = |corner: &Point| (0..3).map(|axis| vector[axis] * (corner[axis] - base[axis])).sum::<f64>();
+        let heights = pieces.corners(piece).iter().map(height);
+        let (low, high) = heights.fold((0.0f64, 0.0f64), |(low, high), at| (low.min(at), high.max(at)));
+        (high <= limit) != (low >= -limit)
     })
 }
 
