@@ -17,7 +17,8 @@
 //!
 //! Out of scope: open surfaces, sheets and cells along surfaces, which have no volume; callers refuse them.
 //!
-//! Source: the divergence theorem; Ma, Li & Ma for the rays. Cost: about 100 ns for each piece and 300 for each cell that is cut; 24 bytes for each flag of these.
+//! Source: the divergence theorem; the rays are those of Ma, Li & Ma. Cost on one core: 0.5 us and 24 bytes a flag for each cell that is cut, volumes alone; 1.8 us with all that can be measured.
+//! Where surfaces are neither smooth sheets nor convex, products of columns take some us more.
 
 mod cells;
 mod cut_cell;

@@ -225,7 +225,7 @@ fn random_soups_of_tetrahedra_have_what_exact_fractions_say() {
         let model = Model { name: "soup", surfaces: surfaces.collect() };
         n += compare(&model, &small(), 1e-12);
     }
-    assert!(n > 20, "{n} cells");
+    assert!(n >= 20, "{n} cells");
 }
 
 #[test]
