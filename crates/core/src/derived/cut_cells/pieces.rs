@@ -55,7 +55,7 @@ impl Grid<'_> {
 }
 
 /// What of a facet lies in a cell.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 pub(super) struct Piece {
     /// `cell of the row << 32 | rank << 16 | position`.
     key: u64,
@@ -92,17 +92,13 @@ pub(super) struct Pieces {
     sorted: Vec<Piece>,
 }
 
-impl Default for Piece {
-    fn default() -> Piece {
-        Piece { key: 0, start: 0, n: 0, signs: [0; 3] }
-    }
-}
-
 impl Pieces {
     /// Finds those of some facets in some planes of the window across z.
     pub(super) fn find(&mut self, grid: &Grid, facets: &[u32], planes: Range<u32>) {
         let Grid { frame, window, .. } = grid;
-        (self.corners.clear(), self.sides.clear(), self.found.clear());
+        self.corners.clear();
+        self.sides.clear();
+        self.found.clear();
         let [nx, ny] = [0, 1].map(|axis| (window.end[axis] - window.first[axis]) as i32);
         let first = window.first.map(|cell| cell as i32);
         let of_planes = first[2] + planes.start as i32..first[2] + planes.end as i32;

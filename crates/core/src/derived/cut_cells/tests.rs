@@ -252,7 +252,7 @@ fn axes_may_be_swapped() {
             let index = x + nx * (y + ny * z);
             let off = of.fraction - fractions.get(&(index, of.flag)).unwrap_or(&0.0);
             // ties go by axes: what lies on lines alone
-            let is_on_lines = model.name.contains("lines") && fractions.get(&(index, of.flag)).is_none();
+            let is_on_lines = model.name.contains("lines") && !fractions.contains_key(&(index, of.flag));
             assert!(off.abs() < 1e-13 || is_on_lines, "{}: off by {off}", model.name);
         }
     }

@@ -91,13 +91,13 @@ impl Winding {
 
     /// The number at a corner, counted from that at corner 0.
     #[inline(always)]
-    fn from_first(&self, corner: usize) -> i32 {
+    fn above_first(&self, corner: usize) -> i32 {
         self.corners[corner].wrapping_sub(self.corners[0])
     }
 
     #[inline(always)]
     fn edge(&self, edge: usize) -> [i64; 2] {
-        let upper = i64::from(self.from_first(ends_of(edge)[1])).wrapping_mul(WHOLE);
+        let upper = i64::from(self.above_first(ends_of(edge)[1])).wrapping_mul(WHOLE);
         let [length, moment] = self.edges[edge];
         [length.wrapping_add(upper), moment.wrapping_add(upper >> 1)]
     }
@@ -117,7 +117,7 @@ impl Winding {
     /// The two values, by the corners, edges and the integral of some of the cell; None where there are more.
     #[inline(always)]
     fn two(&self, corners: &[usize], edges: &[usize], integral: i64, insides: &Insides) -> Option<Two> {
-        let numbers = corners.iter().map(|&corner| self.from_first(corner));
+        let numbers = corners.iter().map(|&corner| self.above_first(corner));
         let (low, high) = numbers.fold((i32::MAX, i32::MIN), |(low, high), at| (low.min(at), high.max(at)));
         let is_less = low == high && integral < i64::from(low).wrapping_mul(WHOLE);
         let low = if is_less { low - 1 } else { low };
@@ -134,7 +134,7 @@ impl Winding {
         let of_edge = self.crossings.iter().filter(|crossing| usize::from(crossing.edge) == edge);
         let mut of_edge: Vec<(f64, i8)> = of_edge.map(|crossing| (crossing.at, crossing.sign)).collect();
         of_edge.sort_unstable_by(|one, other| one.0.total_cmp(&other.0));
-        let mut number = self.from_first(ends_of(edge)[0]);
+        let mut number = self.above_first(ends_of(edge)[0]);
         of_edge.chunk_by(|one, other| one.0 == other.0).all(|at_place| {
             number -= at_place.iter().map(|(_, sign)| i32::from(*sign)).sum::<i32>();
             is_within(number)
@@ -197,7 +197,7 @@ impl Winding {
         let of_edge = self.crossings.iter().filter(|crossing| usize::from(crossing.edge) == upper);
         let below = |crossing: &Crossing| Strip { to: [crossing.at, 1.0], ..whole_face(crossing.sign.into()) };
         let mut strips: Vec<Strip> = of_edge.map(below).collect();
-        strips.push(whole_face(self.from_first(ends_of(upper)[1]) - two.low));
+        strips.push(whole_face(self.above_first(ends_of(upper)[1]) - two.low));
         for piece in of_rank {
             strips.extend(strips_of(pieces, piece, face));
         }

@@ -1,5 +1,7 @@
 //! Closed surfaces, and what is measured of them.
 
+use std::f64::consts::{PI, TAU};
+
 use super::super::*;
 use crate::base::control::{Control, at_once};
 use crate::grid::closed::Closed;
@@ -29,7 +31,7 @@ fn closed(n: usize, m: usize, at: impl Fn(f64, f64) -> [f64; 3]) -> Facets {
 
 pub(super) fn torus(n: usize, [ring, tube]: [f64; 2]) -> Facets {
     closed(n, n, |u, v| {
-        let ((su, cu), (sv, cv)) = (libm::sincos(6.283_185_307_179_586 * u), libm::sincos(6.283_185_307_179_586 * v));
+        let ((su, cu), (sv, cv)) = (libm::sincos(TAU * u), libm::sincos(TAU * v));
         turned([(ring + tube * cv) * cu, (ring + tube * cv) * su, tube * sv])
     })
 }
@@ -43,8 +45,8 @@ fn turned([x, y, z]: [f64; 3]) -> [f64; 3] {
 pub(super) fn sphere(n: usize, radius: f64, [x, y, z]: [f64; 3]) -> Facets {
     let rows = n / 2;
     let corner = |i: usize, j: usize| {
-        let (su, cu) = libm::sincos(6.283_185_307_179_586 * (i % n) as f64 / n as f64);
-        let (sv, cv) = libm::sincos(3.141_592_653_589_793 * j as f64 / rows as f64);
+        let (su, cu) = libm::sincos(TAU * (i % n) as f64 / n as f64);
+        let (sv, cv) = libm::sincos(PI * j as f64 / rows as f64);
         let sv = if j == 0 || j == rows { 0.0 } else { sv };
         [x + radius * sv * cu, y + radius * sv * su, z - radius * cv].map(|x| x as f32)
     };
