@@ -130,7 +130,7 @@ fn a_zarr_folder_that_loses_shards_is_an_error() {
     for vanishes_whole in [false, true] {
         let folder = Folder::new();
         let zarr = folder.path("a.zarr");
-        let size = ["mesh", SPOT, "--dims", "600,600,2400", "--backend", "cpu", "--max-memory", "64MB"];
+        let size = ["mesh", SPOT, "--dims", "600,600,9600", "--backend", "cpu", "--max-memory", "64MB"];
         let child = start_until(&[&size[..], &["--axis", "z", "-q", "-o", &zarr]].concat(), || {
             shard_folders(&folder).len() > 2
         });
