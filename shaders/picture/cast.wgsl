@@ -9,7 +9,7 @@
 //   red, with alpha 0 for what is hidden and for 0.
 // Writes: the colour; the cell (u, v, w) and flag | face << 8, where face is the axis, plus 3 for a face that looks up it, or 6 for the cut.
 // Bound: 3 steps a column and tile that a ray crosses, 2^14 at most; 20 steps of a search each.
-// Translated to GLSL ES 3.00 by naga: crates/gpu/tests/picture.rs holds the translation to this text.
+// Translated to GLSL ES 3.00 by naga: crates/gpu/src/kernels/tests/picture.rs holds the translation to this text.
 
 struct Frame {
     // the eye, and what is added to a ray for the middle of the picture, to its right and its upper edge: a ray's length is its depth

@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 
 import { randomFrom } from './random.mjs';
-import { hasGeometries, picture3d, run, saved, test } from './visit.mjs';
+import { cellsAreDrawn, hasGeometries, picture3d, run, saved, test } from './visit.mjs';
 
 /** Pixels that are compared in a picture. */
 const PIXELS = 400;
@@ -126,8 +126,6 @@ async function compare(page, mesh, seed, { hidden = [], cut = null } = {}) {
   return sight;
 }
 
-const isDrawn = (page) => page.waitForFunction(() => / cells$/.test(document.querySelector('#view-status').textContent));
-
 const CASES = {
   'equal cells': '#cells=30&sample=shells&backend=cpu',
   'graded lines': '#graded=2.2&min_size=0.2&growth=1.5&padding=2&padding_by=length&sample=cubes&backend=cpu',
@@ -141,7 +139,7 @@ for (const [name, hash] of Object.entries(CASES)) {
       const page = await visit(`${hash}&axis=${axis}`);
       await hasGeometries(page, 2);
       await run(page);
-      await isDrawn(page);
+      await cellsAreDrawn(page);
       const mesh = await meshOf(page);
       assert.equal(
         mesh.raw.length,
@@ -169,7 +167,7 @@ test('a click names the cell that the ray finds there', async ({ visit }) => {
   const page = await visit(CASES['equal cells']);
   await hasGeometries(page, 2);
   await run(page);
-  await isDrawn(page);
+  await cellsAreDrawn(page);
   const mesh = await meshOf(page);
   const random = randomFrom(11);
   const { width, height } = await page.locator('#canvas-3d').boundingBox();

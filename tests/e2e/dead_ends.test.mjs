@@ -10,6 +10,7 @@ import {
   beforeDrawing,
   COPPER,
   hasGeometries,
+  cellsAreDrawn,
   isIdle,
   keptFiles,
   legend,
@@ -70,7 +71,7 @@ test('once all models are removed the mesh is shown by its cells', async ({ visi
   const page = await visit('#cells=20&backend=cpu');
   await add(page, { 'box.stl': BOX });
   await run(page);
-  await page.waitForFunction(() => / cells$/.test(document.querySelector('#view-status').textContent));
+  await cellsAreDrawn(page);
   await page.check('#show-model');
   await page.click('.geometry button[aria-label^=Remove]');
   await page.waitForSelector('.geometry', { state: 'detached' });
@@ -137,7 +138,7 @@ test('a picture whose context is lost is drawn again once there is another', asy
   await beforeDrawing(page, LOSE_CONTEXT);
   await add(page, { 'box.stl': BOX });
   await run(page);
-  await page.waitForFunction(() => / cells$/.test(document.querySelector('#view-status').textContent));
+  await cellsAreDrawn(page);
   const before = await covered(page);
   assert.ok(before > 0.05, `${before}`);
   await page.evaluate(() => new BroadcastChannel('context').postMessage('lose'));

@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 
-import { hasGeometries, isIdle, test } from './visit.mjs';
+import { cellsAreDrawn, hasGeometries, isIdle, test } from './visit.mjs';
 
 /** Before the page's scripts: keeps how long the longest task of the page's own thread was, in milliseconds. */
 function watchTasks() {
@@ -16,7 +16,7 @@ function watchTasks() {
 /** Waits until the cells of the last mesh are drawn and nothing is drawn any more. */
 async function isDrawn(page) {
   await isIdle(page);
-  await page.waitForFunction(() => / cells$/.test(document.querySelector('#view-status').textContent), null, { timeout: 60_000 });
+  await cellsAreDrawn(page, 60_000);
   const pictures = () => page.getAttribute('#canvas-3d', 'data-pictures');
   for (let before = null; before !== (await pictures()); ) {
     before = await pictures();

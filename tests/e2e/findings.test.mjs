@@ -7,7 +7,7 @@ import path from 'node:path';
 
 import { runCopied } from './native.mjs';
 import { boxBetween } from './open_box.mjs';
-import { hasGeometries, picture3d, run, test } from './visit.mjs';
+import { cellsAreDrawn, hasGeometries, picture3d, run, test } from './visit.mjs';
 
 /** Two blocks that overlap in 1 x 4 x 4, a plate thinner than a cell, and a block within another that wins. */
 const FILES = {
@@ -108,7 +108,7 @@ test('each finding is a line and a mark, and next flies to it in 3-D and in the 
     /^Geometry "plate" \(flag 3\) got no cell: it is 0\.\d+ thick along z, a cell is 0\.5; use smaller cells/,
   );
   assert.match(lines[2], /^right and left overlap in 128 cells, a volume of 16: right has them\.$/);
-  await page.waitForFunction(() => / cells$/.test(document.querySelector('#view-status').textContent));
+  await cellsAreDrawn(page);
   assert.equal((await pixels(page, CURRENT)).n, 0);
   assert.ok((await pixels(page, OTHER)).n > 20, 'all are marked');
   const [low, high] = geometries[2].bounding_box;

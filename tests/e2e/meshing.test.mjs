@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 
 import { expect } from '@playwright/test';
 
-import { COPPER, EPOXY, hasGeometries, legend, picture3d, run, slice, take, test } from './visit.mjs';
+import { cellsAreDrawn, COPPER, EPOXY, hasGeometries, legend, picture3d, run, slice, take, test } from './visit.mjs';
 
 test('two touching blocks: every cell of two slices has its colour', async ({ visit }) => {
   const page = await visit('#cells=20&backend=gpu');
@@ -69,7 +69,7 @@ test('the model, the cells and a section are drawn in 3-D', async ({ visit }) =>
   await take(page, 'shells', 2);
   const counts = [await coloursIn3d(page)];
   await run(page);
-  await page.waitForFunction(() => / cells$/.test(document.querySelector('#view-status').textContent));
+  await cellsAreDrawn(page);
   counts.push(await coloursIn3d(page));
   await page.selectOption('#section-axis', '0');
   await page.waitForFunction(() => !document.querySelector('#section-at').disabled);

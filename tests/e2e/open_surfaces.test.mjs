@@ -7,7 +7,7 @@ import path from 'node:path';
 
 import { runCopied } from './native.mjs';
 import { OPEN_BOX } from './open_box.mjs';
-import { hasGeometries, legend, picture3d, run, slice, test } from './visit.mjs';
+import { cellsAreDrawn, hasGeometries, legend, picture3d, run, slice, test } from './visit.mjs';
 
 /** Drops the box onto the page. */
 async function dropBox(page) {
@@ -62,7 +62,7 @@ test('an open surface is a finding, and its button shows the longest open edge',
     /^Geometry "box" is not closed: open edges 4, loops 1, .*2000 of 2000 cells were doubtful .* by the winding number\.$/,
   );
   assert.doesNotMatch(await page.textContent('#legend'), /vs facets/, 'the volume of its facets depends on the origin');
-  await page.waitForFunction(() => / cells$/.test(document.querySelector('#view-status').textContent));
+  await cellsAreDrawn(page);
   assert.equal(await ringAt(page), null);
   // from the slices, with the keyboard
   await slice(page, 'z', 4);
@@ -75,7 +75,7 @@ test('an open surface is a finding, and its button shows the longest open edge',
   // another mesh has other findings
   await page.selectOption('#unit', 'mm');
   await run(page);
-  await page.waitForFunction(() => / cells$/.test(document.querySelector('#view-status').textContent));
+  await cellsAreDrawn(page);
   assert.equal(await ringAt(page), null);
 });
 

@@ -7,7 +7,7 @@ import assert from 'node:assert/strict';
 import { expect } from '@playwright/test';
 
 import { OPEN_BOX } from './open_box.mjs';
-import { hasGeometries, isIdle, run, take, test } from './visit.mjs';
+import { cellsAreDrawn, hasGeometries, isIdle, run, take, test } from './visit.mjs';
 
 const SCREENS = {
   phone: { width: 390, height: 844 },
@@ -56,7 +56,7 @@ const STATES = {
 async function mesh(page) {
   await take(page, 'cubes', 2);
   await run(page);
-  await page.waitForFunction(() => / cells$/.test(document.querySelector('#view-status').textContent));
+  await cellsAreDrawn(page);
 }
 
 /** Shows the page on a screen; what differs from run to run and from machine to machine is set to the same words. */

@@ -5,7 +5,7 @@ import assert from 'node:assert/strict';
 import { expect } from '@playwright/test';
 
 import { boxBetween } from './open_box.mjs';
-import { hasGeometries, legend, picture3d, run, saved, slice, take, test } from './visit.mjs';
+import { cellsAreDrawn, hasGeometries, legend, picture3d, run, saved, slice, take, test } from './visit.mjs';
 
 const BOX = boxBetween([0, 0, 0], [4, 2, 2]);
 const PHONE = { width: 390, height: 844 };
@@ -18,7 +18,6 @@ async function add(page, files, n_files = Object.keys(files).length) {
   await hasGeometries(page, n_files);
 }
 
-const isDrawn = (page) => page.waitForFunction(() => / cells$/.test(document.querySelector('#view-status').textContent));
 const box = (page, selector) => page.$eval(selector, (element) => element.getBoundingClientRect().toJSON());
 
 test('labels and errors speak of parts, and of what helps', async ({ visit }) => {
@@ -134,7 +133,7 @@ test('the focus goes to what is near where something is removed, and nothing scr
   const before = await scrolled();
   await page.focus('#run');
   await run(page);
-  await isDrawn(page);
+  await cellsAreDrawn(page);
   assert.equal(await scrolled(), before);
   const isLost = () => page.evaluate(() => document.activeElement === document.body);
   await page.locator('button[aria-label="Remove a"]').press('Enter');
@@ -150,7 +149,7 @@ test('the cut in 3-D has a position, and the stage does not move from plane to p
   await page.setViewportSize({ width: 1440, height: 900 });
   await hasGeometries(page, 2);
   await run(page);
-  await isDrawn(page);
+  await cellsAreDrawn(page);
   await page.selectOption('#section-axis', '0');
   assert.equal(await page.textContent('#section-where'), 'x = 10.5 mm');
   await slice(page, 'x', 0);
@@ -170,7 +169,7 @@ test('on a tablet the picture stays as large after meshing', async ({ visit }) =
   await hasGeometries(page, 2);
   const before = await box(page, '#canvas-3d');
   await run(page);
-  await isDrawn(page);
+  await cellsAreDrawn(page);
   const after = await box(page, '#canvas-3d');
   assert.ok(after.height > 0.85 * before.height, `${after.height} of ${before.height}`);
   assert.ok(after.bottom <= TABLET.height);

@@ -200,3 +200,7 @@ export function keptFiles(page) {
     }
   });
 }
+
+/** Waits until the cells of the last mesh are drawn. @param {number} [timeout] in milliseconds */
+export const cellsAreDrawn = (page, timeout) =>
+  page.waitForFunction(() => / cells$/.test(document.querySelector('#view-status').textContent), null, { timeout });

@@ -262,6 +262,8 @@ impl Kernel {
 mod tests {
     use super::*;
 
+    mod picture;
+
     #[test]
     fn stripped_text_keeps_its_tokens_and_lines() {
         let text = b"// head\n\nfn f() {  // why\n    let a = 1u / 2u;\n}\n// end";

@@ -1,4 +1,5 @@
 /** The models of the samples, made here: they are not downloaded and need no licence. */
+import { cross, minus, plus, unit } from '../view/vectors.js';
 
 /**
  * A closed surface: three numbers a corner, and three corners a facet, counter-clockwise seen from outside.
@@ -153,11 +154,3 @@ const triangles = (a, b, c, d) => [
 
 /** @template T @param {number} n @param {(at: number) => T} make @returns {T[]} */
 const range = (n, make) => Array.from({ length: n }, (_, at) => make(at));
-/** @param {number[]} a @param {number[]} b */
-const minus = (a, b) => a.map((number, axis) => number - b[axis]);
-/** @param {number[]} a @param {number[]} b */
-const plus = (a, b) => a.map((number, axis) => number + b[axis]);
-/** @param {number[]} a @param {number[]} b */
-const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-/** @param {number[]} a */
-const unit = (a) => a.map((number) => number / (Math.hypot(...a) || 1));

@@ -1,4 +1,5 @@
 /** Where the picture is seen from: a camera that turns around a target, with z up. */
+import { cross, dot, minus, plus, times, unit } from './vectors.js';
 
 /**
  * @typedef {[number, number, number]} Vector
@@ -18,19 +19,6 @@ export const TANGENT = Math.tan((ANGLE * Math.PI) / 360);
 const FROM_POLE = 1e-3;
 /** How much of the view a box is fitted to. */
 const FILLED = 0.94;
-
-/** @param {number[]} a @param {number[]} b */
-export const minus = (a, b) => a.map((number, axis) => number - b[axis]);
-/** @param {number[]} a @param {number[]} b */
-export const plus = (a, b) => a.map((number, axis) => number + b[axis]);
-/** @param {number[]} a @param {number} by */
-export const times = (a, by) => a.map((number) => number * by);
-/** @param {number[]} a @param {number[]} b */
-export const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-/** @param {number[]} a @param {number[]} b */
-export const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-/** @param {number[]} a */
-export const unit = (a) => times(a, 1 / (Math.hypot(...a) || 1));
 
 /** The directions ahead, to the right and upwards of a sight. @param {Pick<Sight, 'eye' | 'target'>} sight */
 export function directionsOf({ eye, target }) {

@@ -5,8 +5,9 @@
  */
 import { oncePerFrame } from '../elements/dom.js';
 import { movedBy, placedBox, rotated } from '../text/places.js';
-import { Camera, minus, plus, times, unit } from './camera.js';
+import { Camera } from './camera.js';
 import { startOrbit } from './orbit.js';
+import { minus, plus, times, unit } from './vectors.js';
 
 /**
  * @typedef {import('./cast/cells.js').Cut} Cut

@@ -313,6 +313,11 @@ impl Groups {
         self.parent.reserve_exact(n_more);
     }
 
+    /// Adds a thing behind these, alone.
+    pub(crate) fn add(&mut self) {
+        self.parent.push(self.parent.len() as u32);
+    }
+
     /// Adds things behind these, in their groups.
     pub(crate) fn append(&mut self, other: Groups) {
         let n = self.parent.len() as u32;
@@ -328,6 +333,19 @@ impl Groups {
             thing = above;
         }
         thing
+    }
+
+    /// Numbers the groups in the order of their first things: the number of each thing, and the first thing of each group.
+    pub(crate) fn numbers(&mut self) -> (Vec<u32>, Vec<u32>) {
+        let (mut numbers, mut firsts): (Vec<u32>, Vec<u32>) = (Vec::with_capacity(self.parent.len()), Vec::new());
+        for thing in 0..self.parent.len() as u32 {
+            let root = self.root(thing);
+            numbers.push(if root == thing { firsts.len() as u32 } else { numbers[root as usize] });
+            if root == thing {
+                firsts.push(thing);
+            }
+        }
+        (numbers, firsts)
     }
 
     /// Makes the groups of two things one.

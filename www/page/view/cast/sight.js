@@ -1,5 +1,6 @@
 /** What a picture is seen with: a sight, the size of the picture, and the light. */
-import { directionsOf, dot, minus, plus, times, unit } from '../camera.js';
+import { directionsOf } from '../camera.js';
+import { dot, minus, plus, times, unit } from '../vectors.js';
 
 /**
  * @typedef {import('../camera.js').Sight} Sight

@@ -16,7 +16,7 @@ use crate::base::control::{Control, Paced};
 use crate::base::error::Result;
 use crate::base::memory::Memory;
 use crate::base::parallel::*;
-use crate::input::edges::{Groups, product};
+use crate::input::edges::{Groups, corner_key, product};
 use crate::input::geometry::Facet;
 
 /// Facets that are numbered by themselves.
@@ -75,19 +75,11 @@ impl Numbers {
         let portions = portions(&mut pieces);
         let pairs: Vec<Vec<[u32; 2]>> = on_all_cores(|| portions.par_iter().map(|portion| pairs(portion)).collect());
         pairs.into_iter().flatten().for_each(|[one, other]| groups.join(one, other));
-        // the root of a group is its first shell
-        let mut first_facets = Vec::new();
-        let mut numbers: Vec<u32> = Vec::new();
-        let firsts =
-            pieces.iter().enumerate().flat_map(|(piece, of)| of.first_facets.iter().map(move |first| (piece, first)));
-        for (shell, (piece, first)) in (0u32..).zip(firsts) {
-            let root = groups.root(shell);
-            let number = if root == shell { first_facets.len() as u32 } else { numbers[root as usize] };
-            if root == shell {
-                first_facets.push((piece * FACETS_OF_PIECE) as u32 + first);
-            }
-            numbers.push(number);
-        }
+        let (numbers, firsts) = groups.numbers();
+        let of_pieces = pieces.iter().zip((0u32..).step_by(FACETS_OF_PIECE));
+        let of_shells: Vec<u32> =
+            of_pieces.flat_map(|(piece, start)| piece.first_facets.iter().map(move |facet| start + facet)).collect();
+        let first_facets: Vec<u32> = firsts.into_iter().map(|shell| of_shells[shell as usize]).collect();
         let mut of_facet = Vec::new();
         if first_facets.len() > 1 {
             of_facet.reserve_exact(n_facets);
@@ -239,7 +231,7 @@ impl Piece {
             }
             if own == NONE {
                 own = first_facets.len() as u32;
-                groups.append(Groups::new(1));
+                groups.add();
                 first_facets.push(facet);
             }
             for (hash, is_new) in hashes.into_iter().zip(is_new) {
@@ -255,16 +247,8 @@ impl Piece {
 
     /// Numbers the shells, and with them the facets and edges, whose numbers are in these groups.
     fn with_shells(mut self, mut groups: Groups) -> Piece {
-        let mut shells: Vec<u32> = Vec::with_capacity(self.first_facets.len());
-        let mut first_facets = Vec::new();
-        for (number, &first) in (0u32..).zip(&self.first_facets) {
-            let root = groups.root(number);
-            shells.push(if root == number { first_facets.len() as u32 } else { shells[root as usize] });
-            if root == number {
-                first_facets.push(first);
-            }
-        }
-        self.first_facets = first_facets;
+        let (shells, firsts) = groups.numbers();
+        self.first_facets = firsts.into_iter().map(|number| self.first_facets[number as usize]).collect();
         self.handed_on.iter_mut().for_each(|(_, number)| *number = shells[*number as usize]);
         self.handed_on.shrink_to_fit();
         if self.first_facets.len() == 1 && !self.of_facet.contains(&NONE) {
@@ -328,8 +312,7 @@ pub(super) fn is_collapsed([a, b, c]: &Facet) -> bool {
 /// A hash of a corner, the same for -0 and +0. The sum of two is that of their edge.
 #[inline(always)]
 pub(super) fn corner_hash(corner: [f32; 3]) -> u64 {
-    let bits = |c: f32| u64::from((c + 0.0).to_bits());
-    let [x, y, z] = [bits(corner[0]), bits(corner[1]), bits(corner[2])];
+    let [x, y, z] = corner_key(corner).map(u64::from);
     // numbers without a pattern: two corners have the same sum by accident alone
     let [low, high] = product((x << 32 | y) ^ 0x9e37_79b9_7f4a_7c15, (z << 32 | z) ^ 0xc2b2_ae3d_27d4_eb4f);
     low ^ high
