@@ -21,6 +21,11 @@ pub mod meshing {
 #[cfg(all(feature = "web", target_arch = "wasm32"))]
 pub mod web;
 
+#[doc(inline)]
+pub use hexcast_core::{
+    Control, Error, GeometryJob, Job, Result, Source, columns, control, error, finding, geometry, job, length, lines,
+    memory, read, sources, surface,
+};
 /// # Example
 /// ```
 /// # use hexcast::{Control, GeometryJob, Job, Mesher, MesherOptions, Source, job::BackendChoice, pipeline::MeshOptions};
@@ -43,12 +48,11 @@ pub mod web;
 /// # Ok::<(), hexcast::Error>(())
 /// ```
 #[doc(inline)]
-pub use hexcast_core::difference;
+pub use hexcast_derived::difference;
 #[doc(inline)]
-pub use hexcast_core::{
-    Control, Error, GeometryJob, Job, Mesh, Result, Source, columns, control, cut, error, finding, fractions, gaps,
-    geometry, job, leak, length, lines, links, memory, mesh, read, skin, sources, staggered, surface, walls,
-};
+pub use hexcast_derived::mesh::{self, Mesh};
+#[doc(inline)]
+pub use hexcast_derived::{cut, fractions, gaps, leak, links, skin, staggered, walls};
 #[cfg(feature = "export")]
 #[doc(inline)]
 pub use hexcast_files::export;

@@ -9,11 +9,11 @@ use serde::Serialize;
 use crate::meshing::pipeline::{self, Engine, MeshOptions};
 use hexcast_core::base::control::Control;
 use hexcast_core::base::error::{Error, Result};
-use hexcast_core::derived::mesh::Mesh;
 use hexcast_core::input::geometry::Geometry;
 use hexcast_core::input::job::Job;
 use hexcast_core::input::sources::{Source, geometries};
 use hexcast_core::set;
+use hexcast_derived::mesh::Mesh;
 use hexcast_files::write::{Compress, Format, Options, Sink, column_file, exact_size};
 
 /// Flags that are looked at at a time.

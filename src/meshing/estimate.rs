@@ -15,13 +15,13 @@ use serde::Serialize;
 
 use hexcast_core::base::control::{Control, at_once};
 use hexcast_core::base::error::Result;
-use hexcast_core::derived::mesh::SLAB_BYTES;
 use hexcast_core::grid::lines::{Grading, Lines};
 use hexcast_core::grid::rays::Rays;
 use hexcast_core::input::geometry::Geometry;
 use hexcast_core::stages::cast::sizes::MOST_BAND;
 use hexcast_core::stages::cpu;
 use hexcast_core::stages::expected_crossings::{Sums, expected};
+use hexcast_derived::mesh::SLAB_BYTES;
 use hexcast_files::write::{npy, raw};
 
 mod device;

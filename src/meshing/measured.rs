@@ -4,10 +4,10 @@
 
 use crate::meshing::report::MeshFacts;
 use hexcast_core::base::error::{Error, Result};
-use hexcast_core::derived::fractions::Fractions;
-use hexcast_core::derived::links::Links;
-use hexcast_core::derived::mesh::Mesh;
-use hexcast_core::derived::staggered::Staggered;
+use hexcast_derived::fractions::Fractions;
+use hexcast_derived::links::Links;
+use hexcast_derived::mesh::Mesh;
+use hexcast_derived::staggered::Staggered;
 use hexcast_files::write::{Array, fractions, links, staggered};
 
 /// What a mesh has beside its cells, where its job asked for it.

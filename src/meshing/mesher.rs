@@ -10,9 +10,9 @@ use crate::meshing::report::{CallerFacts, Report};
 use crate::meshing::scene::{Scene, Update};
 use hexcast_core::base::control::Control;
 use hexcast_core::base::error::Result;
-use hexcast_core::derived::mesh::Mesh;
 use hexcast_core::input::job::{BackendChoice, Job};
 use hexcast_core::input::sources::Source;
+use hexcast_derived::mesh::Mesh;
 #[cfg(feature = "gpu")]
 use hexcast_gpu::{Device, DeviceMesh, Gpu, Queue};
 

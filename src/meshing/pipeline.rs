@@ -18,10 +18,10 @@
 use crate::meshing::report::{CallerFacts, InputReport, MeshFacts, Report, Seconds};
 use hexcast_core::base::control::Control;
 use hexcast_core::base::error::Result;
-use hexcast_core::derived::mesh::Mesh;
 use hexcast_core::input::job::Job;
 use hexcast_core::input::sources::Source;
 use hexcast_core::set;
+use hexcast_derived::mesh::Mesh;
 
 mod backend;
 mod borders;

@@ -6,15 +6,15 @@
 use serde::{Deserialize, Serialize};
 
 use hexcast_core::base::finding::Finding;
-use hexcast_core::derived::fractions::Fractions;
-use hexcast_core::derived::gaps::Gaps;
-use hexcast_core::derived::links::Links;
-use hexcast_core::derived::mesh::Mesh;
-use hexcast_core::derived::staggered::Staggered;
 use hexcast_core::grid::lines::{Grading, Lines, Residual};
 use hexcast_core::input::job::{Job, Rule};
 use hexcast_core::input::sources::Source;
 use hexcast_core::open_surfaces::doubt::{Corners, Doubtful};
+use hexcast_derived::fractions::Fractions;
+use hexcast_derived::gaps::Gaps;
+use hexcast_derived::links::Links;
+use hexcast_derived::mesh::Mesh;
+use hexcast_derived::staggered::Staggered;
 
 mod of_certificate;
 mod of_columns;

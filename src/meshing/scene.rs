@@ -25,13 +25,13 @@ use hexcast_core::base::control::Control;
 use hexcast_core::base::error::Result;
 use hexcast_core::base::finding::{Finding, in_order_of_codes};
 use hexcast_core::cells::columns::{ChangedRun, SomeRuns};
-use hexcast_core::derived::mesh::Mesh;
 use hexcast_core::grid::frame::Frame;
 use hexcast_core::input::geometry::Geometry;
 use hexcast_core::input::job::{Job, Rule};
 use hexcast_core::input::sources::Source;
 use hexcast_core::stages::cast::Cast;
 use hexcast_core::stages::kept::Kept;
+use hexcast_derived::mesh::Mesh;
 
 /// Why an update meshed the whole.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]

@@ -12,7 +12,7 @@ use super::write_options::WriteOptions;
 use crate::meshing::measured::Measured;
 use hexcast_core::base::checksum::hex;
 use hexcast_core::base::error::{Error, Result};
-use hexcast_core::derived::mesh::Mesh;
+use hexcast_derived::mesh::Mesh;
 use hexcast_files::export::{self, ExportOptions};
 use hexcast_files::write::cells::Cells;
 use hexcast_files::write::{self, Compress, Format, Options, Written, archive, links};

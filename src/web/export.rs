@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::work::Resting;
 use crate::meshing::measured::Measured;
 use hexcast_core::base::error::{Error, Result};
-use hexcast_core::derived::mesh::Mesh;
+use hexcast_derived::mesh::Mesh;
 use hexcast_files::export::{ExportOptions, Exporter, Files, export_with_rests, write_links};
 use hexcast_files::write::Compress;
 use hexcast_files::write::archive::{Archive, Buffer};

@@ -8,8 +8,8 @@ use super::border::{JsResult, js_error, json};
 use super::mesh::WebMesh;
 use hexcast_core::base::control::Control;
 use hexcast_core::base::error::{Error, Result};
-use hexcast_core::derived::leak::{Answer, Question, leak};
 use hexcast_core::input::sources::geometries;
+use hexcast_derived::leak::{Answer, Question, leak};
 
 /// Most bytes for the search where the caller does not say.
 const DEFAULT_BYTES: u64 = 1 << 30;

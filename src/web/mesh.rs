@@ -16,11 +16,11 @@ use hexcast_core::base::control::Control;
 use hexcast_core::base::error::Error;
 use hexcast_core::cells::columns::BoxRuns;
 use hexcast_core::cells::flags::CellBox;
-use hexcast_core::derived::difference::difference_with_rests;
-use hexcast_core::derived::mesh::Mesh;
-use hexcast_core::derived::skin::{skin, slice};
 use hexcast_core::grid::lines::Lines;
 use hexcast_core::input::job::ZarrJob;
+use hexcast_derived::difference::difference_with_rests;
+use hexcast_derived::mesh::Mesh;
+use hexcast_derived::skin::{skin, slice};
 use hexcast_files::write::{self, column_file};
 
 /// Most bytes for the index of an opened file and for what was read of it last.
@@ -181,7 +181,7 @@ impl WebMesh {
 /// A stair-step surface.
 #[wasm_bindgen]
 pub struct WebSkin {
-    skin: hexcast_core::derived::skin::Skin,
+    skin: hexcast_derived::skin::Skin,
     lines: Lines,
 }
 

@@ -30,7 +30,7 @@ test('files of tests are told by their place', () => {
   const files = [
     'crates/core/src/input/job/tests.rs',
     'crates/files/src/export/tests/foam.rs',
-    'crates/core/src/derived/links.rs',
+    'crates/derived/src/links.rs',
     'crates/core/src/base/contests.rs',
   ];
   assert.deepEqual(files.map(isTest), [true, true, false, false]);

@@ -11,10 +11,11 @@ use quote::ToTokens;
 use syn::{Attribute, Fields, ImplItem, Item, Meta, TraitItem, Type, UsePath, UseTree, Visibility};
 
 /// The files of all crates by the paths of their modules, such as `["cells", "columns", "run"]`: the core's begin with their group, those of
-/// the other crates with [`FILES`] and [`GPU`].
+/// the other crates with [`DERIVED`], [`FILES`] and [`GPU`].
 type Modules = BTreeMap<Vec<String>, Vec<Item>>;
 
 /// What the modules of these crates begin with.
+const DERIVED: &str = "derived";
 const FILES: &str = "files";
 const GPU: &str = "gpu";
 
@@ -325,6 +326,7 @@ fn listed() -> String {
         read(&folder.join("lib.rs"), &folder, module, &mut modules);
     };
     read_crate("crates/core/src", &[]);
+    read_crate("crates/derived/src", &[DERIVED.into()]);
     read_crate("crates/files/src", &[FILES.into()]);
     read_crate("crates/gpu/src", &[GPU.into()]);
     let of_core = passed_on(&modules[&[][..]]);
@@ -335,6 +337,7 @@ fn listed() -> String {
         "hexcast_core" => {
             of_core.iter().find(|of| of.last() == path.last()).unwrap_or_else(|| panic!("{path:?}")).clone()
         }
+        "hexcast_derived" => [&[DERIVED.into()], &path[1..]].concat(),
         "hexcast_files" => [&[FILES.into()], &path[1..]].concat(),
         "hexcast_gpu" => vec![GPU.into()],
         _ => path,

@@ -1,4 +1,4 @@
-//! The core of hexcast, from the bytes of surfaces to cells, and what is found in them. Callers use the crate `hexcast`, which passes on what
+//! The core of hexcast, from the bytes of surfaces to columns of cells. Callers use the crate `hexcast`, which passes on what
 //! they may rely on.
 
 // what is public names stages that errors come from
@@ -70,22 +70,6 @@ pub mod open_surfaces {
     pub mod overlay;
     pub mod sheet;
 }
-#[doc(hidden)]
-pub mod derived {
-    pub mod certificate;
-    pub mod cut;
-    pub mod cut_cells;
-    pub mod difference;
-    pub mod fractions;
-    pub mod gaps;
-    pub mod leak;
-    pub mod links;
-    pub mod mesh;
-    pub mod shells;
-    pub mod skin;
-    pub mod staggered;
-    pub mod walls;
-}
 /// What tests of several crates use.
 #[cfg(any(test, feature = "testing"))]
 #[doc(hidden)]
@@ -95,8 +79,6 @@ pub use base::control::{self, Control};
 pub use base::error::{self, Error, Result};
 pub use base::{finding, length, memory};
 pub use cells::columns;
-pub use derived::mesh::{self, Mesh};
-pub use derived::{cut, difference, fractions, gaps, leak, links, skin, staggered, walls};
 pub use grid::lines;
 pub use input::job::{self, GeometryJob, Job};
 pub use input::sources::{self, Source};

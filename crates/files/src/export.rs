@@ -12,8 +12,8 @@
 
 use hexcast_core::base::control::{Control, at_once};
 use hexcast_core::base::error::{Error, Result};
-use hexcast_core::derived::mesh::{Mesh, Named};
 use hexcast_core::grid::lines::Lines;
+use hexcast_derived::mesh::{Mesh, Named};
 
 mod boxes;
 mod decimal;

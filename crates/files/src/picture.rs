@@ -25,7 +25,7 @@ pub use view::{View, view};
 pub use {slices::slices_with_rests, view::view_with_rests};
 
 use hexcast_core::base::error::{Error, Result};
-use hexcast_core::derived::mesh::Mesh;
+use hexcast_derived::mesh::Mesh;
 
 /// Pixels around everything.
 const MARGIN: u32 = 12;

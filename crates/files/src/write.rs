@@ -31,9 +31,9 @@ use sha2::{Digest, Sha256};
 use hexcast_core::base::checksum::hex;
 use hexcast_core::base::control::{Control, at_once};
 use hexcast_core::base::error::{Error, Result};
-use hexcast_core::derived::fractions::Fractions;
-use hexcast_core::derived::mesh::Mesh;
 use hexcast_core::grid::lines::Lines;
+use hexcast_derived::fractions::Fractions;
+use hexcast_derived::mesh::Mesh;
 
 pub use archive::{Array, write_arrays};
 use cells::Cells;

@@ -20,10 +20,10 @@ use crate::{Gpu, Options, Usage};
 use hexcast_core::base::control::Control;
 use hexcast_core::base::error::Result;
 use hexcast_core::cells::columns::{BoxRuns, Named};
-use hexcast_core::derived::mesh::Mesh;
 use hexcast_core::grid::lines::Lines;
 use hexcast_core::grid::rays::Rays;
 use hexcast_core::stages::cast::Cast;
+use hexcast_derived::mesh::Mesh;
 
 /// A mesh on a device. Its buffers have the usages `STORAGE`, `COPY_SRC` and `COPY_DST`, and may be longer than what they hold.
 pub struct DeviceMesh {

@@ -16,7 +16,7 @@ use crate::resident::{most_bytes, too_large};
 use hexcast_core::base::error::{Error, Result};
 use hexcast_core::cells::columns::BoxRuns;
 use hexcast_core::cells::flags::{CellBox, slabs_of_box};
-use hexcast_core::derived::mesh::Mesh;
+use hexcast_derived::mesh::Mesh;
 
 /// Cells that are expanded together; at worst each is a run of its own, which is half of WebGPU's default limit of a binding.
 const SLAB_CELLS: usize = 16 << 20;

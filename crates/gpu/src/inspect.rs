@@ -11,9 +11,9 @@ use hexcast_core::base::control::Control;
 use hexcast_core::base::error::{Error, Result};
 use hexcast_core::cells::columns::BoxRuns;
 use hexcast_core::cells::flags::CellBox;
-use hexcast_core::derived::mesh::Mesh;
 use hexcast_core::stages::cast::Cast;
 use hexcast_core::stages::cast::sizes::MAX_TILES;
+use hexcast_derived::mesh::Mesh;
 
 /// The lattice with its tiles.
 #[derive(Debug, Clone, PartialEq, Eq)]

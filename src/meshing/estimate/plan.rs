@@ -8,10 +8,10 @@ use super::Estimate;
 use super::memory_limits::{Allowed, Device};
 use super::work::Work;
 use hexcast_core::base::error::{Error, MORE_MEMORY, Result};
-use hexcast_core::derived::mesh::SLAB_BYTES;
 use hexcast_core::grid::rays::Rays;
 use hexcast_core::input::job::ByteSize;
 use hexcast_core::stages::cpu;
+use hexcast_derived::mesh::SLAB_BYTES;
 use hexcast_files::write::Options;
 
 /// Limits of the bands of a GPU.

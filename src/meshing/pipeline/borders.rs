@@ -16,9 +16,9 @@ use super::surfaces::Surfaces;
 use hexcast_core::base::error::Result;
 use hexcast_core::base::finding::Finding;
 use hexcast_core::cells::columns::{Columns, spans};
-use hexcast_core::derived::certificate::FlagGaps;
-use hexcast_core::derived::staggered::SheetFace;
-use hexcast_core::derived::walls::Walls;
+use hexcast_derived::certificate::FlagGaps;
+use hexcast_derived::staggered::SheetFace;
+use hexcast_derived::walls::Walls;
 
 /// What is known of the cells beside those that were cast, and of faces.
 #[derive(Default)]

@@ -21,16 +21,16 @@ use hexcast_core::base::finding::{Finding, in_order_of_codes, sentences};
 use hexcast_core::cells::columns::Columns;
 use hexcast_core::cells::fingerprint::{flags_hash, flags_sum};
 use hexcast_core::cells::volumes::Volumes;
-use hexcast_core::derived::certificate::{Certificate, DEFAULT_THIN_CELLS};
-use hexcast_core::derived::gaps::{Gaps, NAME};
-use hexcast_core::derived::mesh::{Mesh, Named};
-use hexcast_core::derived::staggered::Staggered;
 use hexcast_core::grid::frame::Frame;
 use hexcast_core::grid::lines::{Grading, Lines, about_fine_cells, residuals};
 use hexcast_core::grid::rays::Rays;
 use hexcast_core::input::job::{AxisChoice, DEFAULT_CELLS, DEFAULT_GROWTH, DEFAULT_TOLERANCE, HaloEdge, Job};
 use hexcast_core::set;
 use hexcast_core::stages::cast::Cast;
+use hexcast_derived::certificate::{Certificate, DEFAULT_THIN_CELLS};
+use hexcast_derived::gaps::{Gaps, NAME};
+use hexcast_derived::mesh::{Mesh, Named};
+use hexcast_derived::staggered::Staggered;
 
 /// All that the stages of a mesh made.
 pub(super) struct Stages<'a> {

@@ -8,11 +8,11 @@ use super::surfaces::Uncut;
 use hexcast_core::base::control::Control;
 use hexcast_core::base::error::Result;
 use hexcast_core::cells::columns::Columns;
-use hexcast_core::derived::fractions::{Fractions, fractions};
-use hexcast_core::derived::links::{Field, Links};
-use hexcast_core::derived::staggered::Staggered;
 use hexcast_core::input::job::Job;
 use hexcast_core::stages::inside::Kind;
+use hexcast_derived::fractions::{Fractions, fractions};
+use hexcast_derived::links::{Field, Links};
+use hexcast_derived::staggered::Staggered;
 
 /// What a job asks for beside the cells.
 #[derive(Default)]

@@ -18,12 +18,12 @@ use hexcast_core::base::error::Result;
 use hexcast_core::base::finding::sentences;
 use hexcast_core::cells::columns::CellRun;
 use hexcast_core::cells::fingerprint::hash_of_sums;
-use hexcast_core::derived::fractions::parts_of_cell;
-use hexcast_core::derived::staggered::COMPONENTS;
 use hexcast_core::grid::lines::{Grading, Lines};
 use hexcast_core::grid::rays::Rays;
 use hexcast_core::grid::totals::{Ruler, Total};
 use hexcast_core::open_surfaces::doubt::Doubt;
+use hexcast_derived::fractions::parts_of_cell;
+use hexcast_derived::staggered::COMPONENTS;
 
 mod certificate;
 mod findings;

@@ -9,11 +9,11 @@ use crate::meshing::report::MAX_BOXES;
 use hexcast_core::base::control::Control;
 use hexcast_core::base::error::{Error, Result};
 use hexcast_core::cells::columns::Columns;
-use hexcast_core::derived::gaps::{self, Gaps};
 use hexcast_core::input::job::Job;
 use hexcast_core::open_surfaces::doubt::Doubt;
 use hexcast_core::open_surfaces::overlay::Overlay;
 use hexcast_core::stages::cast::Cast;
+use hexcast_derived::gaps::{self, Gaps};
 
 /// The columns of the cells that are cast, and what they took.
 pub(super) struct Meshed {

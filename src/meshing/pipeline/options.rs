@@ -36,7 +36,7 @@ pub struct MeshOptions {
     /// Whether nobody needs the report of a part with a halo to be merged with those of the other parts. Else the part is meshed once more,
     /// without its halo, as these count cells once.
     pub lone_report: bool,
-    /// Whether faces between flags and at the sides of the box shall have the names of the solids that made them: [`Mesh::walls`](hexcast_core::Mesh::walls).
+    /// Whether faces between flags and at the sides of the box shall have the names of the solids that made them: [`Mesh::walls`](hexcast_derived::mesh::Mesh::walls).
     pub walls: bool,
     /// Bytes that the program and its GPU driver take besides, which count against the job's `max_memory`; 0 where only the
     /// mesh shall count.

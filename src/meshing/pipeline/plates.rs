@@ -1,6 +1,6 @@
 //! Plates: geometries without thickness, whose facets all lie in one plane across an axis, as the faces of cells that they cover.
 //!
-//! A plate has no cell. Files of solvers whose conductors may be faces have its faces ([`Mesh::plates`](hexcast_core::derived::mesh::Mesh::plates)), which are found as
+//! A plate has no cell. Files of solvers whose conductors may be faces have its faces ([`Mesh::plates`](hexcast_derived::mesh::Mesh::plates)), which are found as
 //! those of sheets of a staggered grid are: a face is one of the plate if the plate crosses the link between the centres of its two cells.
 //! Where two geometries meet the higher rank wins: of two plates on a face that one; and a face between two cells of higher ranks is covered. Between a
 //! cell of a higher rank and one of none the face stays: a strip on a board is not in it. Cells know flags, not ranks: where geometries of
@@ -15,9 +15,9 @@ use hexcast_core::base::control::Control;
 use hexcast_core::base::error::Result;
 use hexcast_core::base::finding::Finding;
 use hexcast_core::cells::columns::Columns;
-use hexcast_core::derived::staggered::{Coded, SheetFace, crossed_faces, highest, under};
 use hexcast_core::grid::frame::{Ends, Frame};
 use hexcast_core::input::geometry::{Fill, Geometry};
+use hexcast_derived::staggered::{Coded, SheetFace, crossed_faces, highest, under};
 
 /// The faces of plates across each axis, counted from the first cell that is meshed, with rank + 1.
 pub(super) struct Plates {

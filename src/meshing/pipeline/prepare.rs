@@ -7,7 +7,6 @@ use hexcast_core::base::control::Control;
 use hexcast_core::base::error::{Error, Result};
 use hexcast_core::base::finding::Finding;
 use hexcast_core::base::memory::Memory;
-use hexcast_core::derived::mesh::Named;
 use hexcast_core::grid::domain::{BoundingBox, Domain};
 use hexcast_core::grid::frame::check_limits;
 use hexcast_core::grid::lines::{Body, Lines, check_n_cells, graded, lines};
@@ -17,6 +16,7 @@ use hexcast_core::input::geometry::{Geometry, joined_names};
 use hexcast_core::input::job::{AxisChoice, GradedJob, HaloEdge, Job, LinksJob, PartJob, ZarrJob};
 use hexcast_core::input::sources::{Source, geometries, unit};
 use hexcast_core::set;
+use hexcast_derived::mesh::Named;
 use hexcast_files::shards::Shards;
 
 /// Most geometries that links and surfaces of cells have numbers for: 0 to 32,767.

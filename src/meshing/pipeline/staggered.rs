@@ -8,13 +8,13 @@ use super::surfaces::Uncut;
 use crate::meshing::report::MAX_BOXES;
 use hexcast_core::base::error::Result;
 use hexcast_core::cells::columns::Columns;
-use hexcast_core::derived::staggered::{COMPONENTS, Conductors, Staggered, check_dims};
 use hexcast_core::grid::frame::Frame;
 use hexcast_core::grid::rays::Rays;
 use hexcast_core::input::geometry::{Fill, Geometry};
 use hexcast_core::open_surfaces::doubt::Doubt;
 use hexcast_core::open_surfaces::overlay::split;
 use hexcast_core::stages::cast::Cast;
+use hexcast_derived::staggered::{COMPONENTS, Conductors, Staggered, check_dims};
 
 impl Uncut {
     /// The flags of the staggered grid of a job.

@@ -5,7 +5,6 @@ use super::plates::Plates;
 use super::prepare::{Prepared, Task};
 use crate::meshing::report::is_cut;
 use hexcast_core::base::error::{Error, Result};
-use hexcast_core::derived::walls::Candidates;
 use hexcast_core::grid::closed::{BadEdges, Closed};
 use hexcast_core::grid::frame::{Ends, Frame};
 use hexcast_core::grid::lines::Lines;
@@ -14,6 +13,7 @@ use hexcast_core::input::geometry::{Fill, Geometry};
 use hexcast_core::input::job::Job;
 use hexcast_core::stages::inside::Kind;
 use hexcast_core::stages::snapping::{self, Snapped};
+use hexcast_derived::walls::Candidates;
 
 /// Facets of which those that no ray meets are worth their room.
 const MANY_FACETS: usize = 1 << 20;

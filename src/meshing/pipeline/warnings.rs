@@ -9,8 +9,6 @@ use crate::meshing::report::{GeometryReport, InputReport, ShellsReport, WithoutC
 use hexcast_core::base::error::Result;
 use hexcast_core::base::finding::{Finding, NamedGeometry, Remedy};
 use hexcast_core::cells::columns::run_cell;
-use hexcast_core::derived::mesh::Mesh;
-use hexcast_core::derived::shells::{n_rays_looked_at, overlapping_shells};
 use hexcast_core::grid::frame::{Frame, SnappedFacet};
 use hexcast_core::grid::lines::Lines;
 use hexcast_core::grid::rays::Rays;
@@ -19,6 +17,8 @@ use hexcast_core::input::geometry::{Facet, Fill, Geometry, Open};
 use hexcast_core::input::job::{Job, Rule};
 use hexcast_core::stages::cast::Cast;
 use hexcast_core::stages::cpu::{self, Window, window_of_rows};
+use hexcast_derived::mesh::Mesh;
+use hexcast_derived::shells::{n_rays_looked_at, overlapping_shells};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 

@@ -7,8 +7,8 @@ use super::of_geometries::GeometryReport;
 pub use hexcast_core::base::finding::AxisName;
 use hexcast_core::base::finding::Finding;
 use hexcast_core::cells::columns::Named;
-use hexcast_core::derived::certificate::{Certificate, FlagGap, Overlap, ThinWall};
 use hexcast_core::grid::lines::Lines;
+use hexcast_derived::certificate::{Certificate, FlagGap, Overlap, ThinWall};
 
 /// What a mesh may have lost, or decided between geometries.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -3,8 +3,8 @@
 use serde::{Serialize, Serializer};
 
 use hexcast_core::cells::volumes::Volumes;
-use hexcast_core::derived::mesh::Mesh;
 use hexcast_core::grid::lines::Grading;
+use hexcast_derived::mesh::Mesh;
 
 /// Keys of a report that only the meshing fills in.
 const OF_MESHING: [&str; 19] = [

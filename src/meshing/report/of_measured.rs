@@ -4,10 +4,10 @@ use serde::{Deserialize, Serialize};
 
 use hexcast_core::base::error::Result;
 use hexcast_core::base::parallel::*;
-use hexcast_core::derived::fractions::Fractions;
-use hexcast_core::derived::links::{Link, Links};
-use hexcast_core::derived::staggered::{COMPONENTS, Points, SheetFace, Staggered};
 use hexcast_core::input::job::Stencil;
+use hexcast_derived::fractions::Fractions;
+use hexcast_derived::links::{Link, Links};
+use hexcast_derived::staggered::{COMPONENTS, Points, SheetFace, Staggered};
 
 /// Links from cells of the fluid to surfaces, counted.
 #[derive(Debug, Clone, PartialEq, Serialize)]

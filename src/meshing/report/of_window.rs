@@ -4,9 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use super::StaggeredReport;
 use hexcast_core::base::finding::Finding;
-use hexcast_core::derived::certificate::Overlap;
-use hexcast_core::derived::fractions::Fractions;
 use hexcast_core::grid::totals::Total;
+use hexcast_derived::certificate::Overlap;
+use hexcast_derived::fractions::Fractions;
 
 /// Which cells of a box were meshed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

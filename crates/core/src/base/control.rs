@@ -176,14 +176,15 @@ impl Control {
 }
 
 /// Rests once in so many pieces of work.
-pub(crate) struct Paced<'a> {
+#[doc(hidden)]
+pub struct Paced<'a> {
     control: &'a Control,
     every: usize,
     n_done: usize,
 }
 
 impl Paced<'_> {
-    pub(crate) fn new(control: &Control, every: usize) -> Paced<'_> {
+    pub fn new(control: &Control, every: usize) -> Paced<'_> {
         Paced { control, every, n_done: 0 }
     }
 
@@ -191,7 +192,7 @@ impl Paced<'_> {
     ///
     /// # Errors
     /// `cancelled`.
-    pub(crate) async fn done(&mut self, n: usize) -> Result<()> {
+    pub async fn done(&mut self, n: usize) -> Result<()> {
         self.n_done += n;
         if self.n_done >= self.every {
             self.n_done = 0;

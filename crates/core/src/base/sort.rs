@@ -20,19 +20,19 @@ pub fn by_number<'a, T: Copy + Default>(
 }
 
 /// Begins to count how many items each number below `n` has.
-pub(crate) fn clear_counts(n: usize, counts: &mut Vec<u32>) {
+pub fn clear_counts(n: usize, counts: &mut Vec<u32>) {
     counts.clear();
     counts.resize(n + 2, 0);
 }
 
 /// Where a number's items are counted.
 #[inline(always)]
-pub(crate) fn count_of(number: u32) -> usize {
+pub fn count_of(number: u32) -> usize {
     number as usize + 2
 }
 
 /// The same as [`by_number`] where `firsts` has counted the items already.
-pub(crate) fn by_counts<'a, T: Copy + Default>(
+pub fn by_counts<'a, T: Copy + Default>(
     items: impl Iterator<Item = (u32, T)>,
     firsts: &mut Vec<u32>,
     sorted: &'a mut Vec<T>,
@@ -52,7 +52,7 @@ pub(crate) fn by_counts<'a, T: Copy + Default>(
 }
 
 /// Sorts a list; equal elements in any order.
-pub(crate) fn sort<T: Ord>(list: &mut [T]) {
+pub fn sort<T: Ord>(list: &mut [T]) {
     sort_by(list, |one, other| one < other);
 }
 
@@ -65,7 +65,7 @@ pub fn sort_by_key<T, K: Ord>(list: &mut [T], key: impl Fn(&T) -> K) {
 }
 
 /// Sorts a list that is nearly in order by a key, which all elements have for themselves.
-pub(crate) fn sort_nearly_by_key<T, K: Ord>(list: &mut [T], key: impl Fn(&T) -> K) {
+pub fn sort_nearly_by_key<T, K: Ord>(list: &mut [T], key: impl Fn(&T) -> K) {
     #[cfg(not(target_arch = "wasm32"))]
     list.sort_by_key(key);
     #[cfg(target_arch = "wasm32")]
@@ -84,7 +84,7 @@ pub(crate) fn par_sort<T: Ord>(list: &mut [T]) {
 }
 
 /// Sorts a list by what comes before what.
-pub(crate) fn sort_by<T>(list: &mut [T], is_before: impl Fn(&T, &T) -> bool) {
+pub fn sort_by<T>(list: &mut [T], is_before: impl Fn(&T, &T) -> bool) {
     #[cfg(not(target_arch = "wasm32"))]
     list.sort_unstable_by(|one, other| is_before(other, one).cmp(&is_before(one, other)));
     #[cfg(target_arch = "wasm32")]

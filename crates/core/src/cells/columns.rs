@@ -39,7 +39,8 @@ pub(crate) use packed_band::PackedBand;
 pub use piece_store::{PieceEntry, PieceStore};
 pub use run::spans;
 pub use run::{Band, CellRun, flag_at, run, run_cell, run_flag};
-pub(crate) use slab::SlabColumns;
+#[doc(hidden)]
+pub use slab::SlabColumns;
 pub use splice::ChangedRun;
 #[doc(hidden)]
 pub use splice::SomeRuns;
@@ -200,7 +201,8 @@ impl Columns {
     }
 
     /// Runs of a ray of columns in memory; none where they are not.
-    pub(crate) fn ray_in_memory(&self, ray: u64) -> &[u32] {
+    #[doc(hidden)]
+    pub fn ray_in_memory(&self, ray: u64) -> &[u32] {
         let Content::InMemory(bands) = &self.content else { return &[] };
         let band = &bands[bands.partition_point(|band| band.end_ray() <= ray)];
         band.ray((ray - band.first_ray) as usize)
@@ -236,7 +238,8 @@ impl Columns {
     }
 
     /// Most bytes of an opened file that may be in memory at once; None for other columns.
-    pub(crate) fn max_bytes(&self) -> Option<u64> {
+    #[doc(hidden)]
+    pub fn max_bytes(&self) -> Option<u64> {
         match &self.content {
             Content::InMemory(_) => None,
             Content::InStore { pieces, .. } => pieces.is_foreign.then_some(pieces.max_bytes),

@@ -73,8 +73,8 @@ impl Closed {
         Ok(Closed { parity, nonzero, is_proper })
     }
 
-    #[cfg(test)]
-    pub(crate) fn of(facets: &[SnappedFacet]) -> Closed {
+    #[cfg(any(test, feature = "testing"))]
+    pub fn of(facets: &[SnappedFacet]) -> Closed {
         let chunks: Vec<Hashes> = facets.par_chunks(CHUNK).map(Hashes::new).collect();
         crate::base::control::at_once(Closed::new(&chunks, &Control::default())).unwrap()
     }

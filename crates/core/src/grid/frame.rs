@@ -27,7 +27,7 @@ mod ranks;
 
 use centres::places;
 pub use centres::{Centres, Places};
-pub(crate) use centres::{Scale, nearest};
+pub use centres::{Scale, nearest};
 use limits::fraction_bits;
 pub use limits::{MAX_CELLS_PER_AXIS, MIN_FRACTION_BITS, SPAN_BITS};
 pub use limits::{check_limits, too_many_ranks};
@@ -38,7 +38,7 @@ pub use ranks::{MAX_RANKS, Ranks};
 pub type SnappedFacet = [[i32; 3]; 3];
 
 /// Normal of a facet by the right-hand rule, twice its area long: less than 2^52 along each axis, as facets lie in a box of less than 2^26 units.
-pub(crate) fn normal([a, b, c]: &SnappedFacet) -> [i128; 3] {
+pub fn normal([a, b, c]: &SnappedFacet) -> [i128; 3] {
     let side = |to: &[i32; 3]| [0, 1, 2].map(|axis| i128::from(to[axis]) - i128::from(a[axis]));
     let (u, v) = (side(b), side(c));
     [0, 1, 2].map(|axis: usize| {
@@ -171,7 +171,7 @@ impl Frame {
     }
 
     /// The frame with a cell more before the first along an axis and behind the last, as large as these. Only rays may be cast in it, and windows cut out.
-    pub(crate) fn with_mirrored_ends(mut self, axis: usize) -> Frame {
+    pub fn with_mirrored_ends(mut self, axis: usize) -> Frame {
         self.dims[axis] += 2;
         match self.centres.as_mut() {
             None => self.move_along(axis, 1 << self.fraction_bits),
@@ -190,7 +190,7 @@ impl Frame {
     }
 
     /// Returns the function that snaps a facet of a geometry.
-    pub(crate) fn snapping(
+    pub fn snapping(
         &self,
         geometry: &Geometry,
         lines: &Lines,
@@ -240,7 +240,7 @@ impl Frame {
     }
 
     /// The same with the facets that rays along one axis through these cells may meet; and the index of each here.
-    pub(crate) fn window_along(&self, axis: usize, cells: [[u32; 3]; 2]) -> (Frame, Vec<u32>) {
+    pub fn window_along(&self, axis: usize, cells: [[u32; 3]; 2]) -> (Frame, Vec<u32>) {
         let is_in_reach = |facet: &SnappedFacet| (0..3).all(|of| of == axis || is_near(facet, of, cells, self));
         self.window_of(cells, |facet| is_in_reach(facet).then(|| from_window(facet, cells, self)))
     }
@@ -296,7 +296,7 @@ fn from_window(facet: &SnappedFacet, [first, _]: [[u32; 3]; 2], whole: &Frame) -
 }
 
 /// A facet moved by so many units along each axis.
-pub(crate) fn moved(facet: &SnappedFacet, by: [i32; 3]) -> SnappedFacet {
+pub fn moved(facet: &SnappedFacet, by: [i32; 3]) -> SnappedFacet {
     let at = |[x, y, z]: [i32; 3]| [x + by[0], y + by[1], z + by[2]];
     [at(facet[0]), at(facet[1]), at(facet[2])]
 }

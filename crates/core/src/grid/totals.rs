@@ -28,7 +28,7 @@ impl Total {
     }
 
     /// Multiplies by a whole number.
-    pub(crate) fn times(self, by: u64) -> Total {
+    pub fn times(self, by: u64) -> Total {
         let (mut product, mut carry) = (self, 0);
         for limb in &mut product.0 {
             let part = u128::from(*limb) * u128::from(by) + carry;
@@ -101,7 +101,7 @@ impl Ruler {
     }
 
     /// Whether a cell is a unit of volume.
-    pub(crate) fn counts_cells(&self) -> bool {
+    pub fn counts_cells(&self) -> bool {
         self.lines.is_none()
     }
 
@@ -114,7 +114,7 @@ impl Ruler {
     }
 
     /// The volume of cells from lines to others, in units.
-    pub(crate) fn cells(&self, [low, high]: [[u32; 3]; 2]) -> Total {
+    pub fn cells(&self, [low, high]: [[u32; 3]; 2]) -> Total {
         let [x, y, z] = [0, 1, 2].map(|axis| self.length(axis, [low[axis], high[axis]]));
         Total::from(u128::from(x) * u128::from(y)).times(z)
     }
@@ -125,7 +125,7 @@ impl Ruler {
     }
 
     /// An area as a number of units.
-    pub(crate) fn of_area(&self, area: f64) -> Total {
+    pub fn of_area(&self, area: f64) -> Total {
         Total::from(libm::rint(libm::ldexp(area, -self.area)) as u128)
     }
 

@@ -63,7 +63,7 @@ impl BoundSums {
     }
 
     /// Adds a facet.
-    pub(crate) fn add_facet(&mut self, facet: &SnappedFacet, fraction_bits: u32) {
+    pub fn add_facet(&mut self, facet: &SnappedFacet, fraction_bits: u32) {
         let [a, b, c] = facet.map(|corner| corner.map(i64::from));
         let along_z = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
         self.doubled_area += along_z.unsigned_abs() as f64;
@@ -87,7 +87,7 @@ impl BoundSums {
         half_cells * cell_volume * (1.0 + 1e-9)
     }
 
-    pub(crate) fn plus(self, other: BoundSums) -> BoundSums {
+    pub fn plus(self, other: BoundSums) -> BoundSums {
         BoundSums {
             n: self.n + other.n,
             length: self.length + other.length,

@@ -18,18 +18,18 @@ impl CellWindow {
     }
 
     /// Number of cells of the mesh on x, y, z, with its halo.
-    pub(crate) fn dims(&self) -> [u32; 3] {
+    pub fn dims(&self) -> [u32; 3] {
         [0, 1, 2].map(|axis| self.end[axis] - self.first[axis] + 2 * self.halo)
     }
 
     /// The first cell of the mesh, counted in the box; below 0 where the halo reaches beyond it.
-    pub(crate) fn origin(&self) -> [i32; 3] {
+    pub fn origin(&self) -> [i32; 3] {
         self.first.map(|cell| cell as i32 - self.halo as i32)
     }
 
     /// Where the mesh has a cell of the box; None where it is none of these.
     #[inline(always)]
-    pub(crate) fn place(&self, cell: [u32; 3]) -> Option<[u32; 3]> {
+    pub fn place(&self, cell: [u32; 3]) -> Option<[u32; 3]> {
         let CellWindow { first, end, halo } = *self;
         let [x, y, z] = cell;
         let is_one = first[0] <= x && x < end[0] && first[1] <= y && y < end[1] && first[2] <= z && z < end[2];
@@ -37,13 +37,13 @@ impl CellWindow {
     }
 
     /// One of these cells by the index that the mesh has for it, counted from the first of them.
-    pub(crate) fn cell(&self, index: u64) -> [u32; 3] {
+    pub fn cell(&self, index: u64) -> [u32; 3] {
         let [nx, ny, _] = self.dims().map(u64::from);
         [index % nx, index / nx % ny, index / (nx * ny)].map(|at| at as u32 - self.halo)
     }
 
     /// The index that the mesh has for one of these cells, x fastest.
-    pub(crate) fn index(&self, cell: [u32; 3]) -> u64 {
+    pub fn index(&self, cell: [u32; 3]) -> u64 {
         let [nx, ny, _] = self.dims().map(u64::from);
         let [x, y, z] = [0, 1, 2].map(|axis| u64::from(cell[axis] - self.first[axis] + self.halo));
         x + nx * (y + ny * z)

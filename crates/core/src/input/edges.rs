@@ -252,7 +252,7 @@ pub(crate) fn first_places(n_facets: usize) -> usize {
 
 /// The bits of a corner's coordinates in a file; equal exactly where the coordinates are.
 #[inline(always)]
-pub(crate) fn corner_key([x, y, z]: [f32; 3]) -> [u32; 3] {
+pub fn corner_key([x, y, z]: [f32; 3]) -> [u32; 3] {
     // adding +0 turns -0 into +0 and leaves all else
     [(x + 0.0).to_bits(), (y + 0.0).to_bits(), (z + 0.0).to_bits()]
 }
@@ -265,14 +265,14 @@ pub(crate) fn vertex_hash([x, y, z]: [u32; 3]) -> u64 {
 
 /// Both words of a product, the lower first: together they depend on all bits of the factors, as in wyhash (Wang Yi 2019).
 #[inline(always)]
-pub(crate) fn product(one: u64, other: u64) -> [u64; 2] {
+pub fn product(one: u64, other: u64) -> [u64; 2] {
     let product = u128::from(one) * u128::from(other);
     [product as u64, (product >> 64) as u64]
 }
 
 /// A bijection of 64 bits in which every bit depends on all: the finalizer of SplitMix64 (Steele, Lea and Flood 2014).
 #[inline(always)]
-pub(crate) fn mixed(word: u64) -> u64 {
+pub fn mixed(word: u64) -> u64 {
     let word = word.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let word = (word ^ word >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     let word = (word ^ word >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
@@ -296,7 +296,7 @@ pub(crate) fn bad_edge(directions: [usize; 2]) -> Option<BadEdge> {
 }
 
 /// Things joined in groups: a forest in which each tree is a group (union by index, path halving).
-pub(crate) struct Groups {
+pub struct Groups {
     parent: Vec<u32>,
     /// Number of joins that made two groups one.
     pub(crate) n_joined: u64,
@@ -304,7 +304,7 @@ pub(crate) struct Groups {
 
 impl Groups {
     /// So many things, each alone.
-    pub(crate) fn new(n: usize) -> Groups {
+    pub fn new(n: usize) -> Groups {
         Groups { parent: (0..n).map(|thing| thing as u32).collect(), n_joined: 0 }
     }
 
@@ -314,7 +314,7 @@ impl Groups {
     }
 
     /// Adds a thing behind these, alone.
-    pub(crate) fn add(&mut self) {
+    pub fn add(&mut self) {
         self.parent.push(self.parent.len() as u32);
     }
 
@@ -336,7 +336,7 @@ impl Groups {
     }
 
     /// Numbers the groups in the order of their first things: the number of each thing, and the first thing of each group.
-    pub(crate) fn numbers(&mut self) -> (Vec<u32>, Vec<u32>) {
+    pub fn numbers(&mut self) -> (Vec<u32>, Vec<u32>) {
         let (mut numbers, mut firsts): (Vec<u32>, Vec<u32>) = (Vec::with_capacity(self.parent.len()), Vec::new());
         for thing in 0..self.parent.len() as u32 {
             let root = self.root(thing);
@@ -349,7 +349,7 @@ impl Groups {
     }
 
     /// Makes the groups of two things one.
-    pub(crate) fn join(&mut self, one: u32, other: u32) {
+    pub fn join(&mut self, one: u32, other: u32) {
         let (one, other) = (self.root(one), self.root(other));
         if one != other {
             self.parent[one.max(other) as usize] = one.min(other);

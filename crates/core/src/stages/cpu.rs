@@ -53,7 +53,7 @@ pub fn window_of_rows(rays: &Rays, rows: Range<u32>) -> Window {
 }
 
 /// The window of the rays through some cells: the first, and the end, exclusive.
-pub(crate) fn rays_through(rays: &Rays, [first, end]: [[u32; 3]; 2]) -> Window {
+pub fn rays_through(rays: &Rays, [first, end]: [[u32; 3]; 2]) -> Window {
     rays.across.map(|axis| first[axis]..end[axis])
 }
 

@@ -23,8 +23,8 @@ use crate::stages::facet::Projected;
 use crate::stages::lattice::Lattice;
 
 mod graded;
-pub(crate) mod places;
-pub(crate) mod rows;
+pub mod places;
+pub mod rows;
 
 /// Crossings of consecutive rays, in no order within a ray.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -41,18 +41,18 @@ pub struct Crossings {
 
 /// Where a ray passes through the surface of a geometry.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Passage {
+pub struct Passage {
     /// The first cell above.
-    pub(crate) cell: u32,
+    pub cell: u32,
     /// Position of the geometry.
-    pub(crate) position: u16,
+    pub position: u16,
     /// 1 where the ray enters, -1 where it leaves.
-    pub(crate) step: i32,
+    pub step: i32,
 }
 
 impl Crossings {
     /// Calls `each` with the index of every ray and its crossings, sorted by cell.
-    pub(crate) fn for_each_ray(&self, mut each: impl FnMut(u64, &[u32])) {
+    pub fn for_each_ray(&self, mut each: impl FnMut(u64, &[u32])) {
         let mut events = Vec::new();
         for (ray, ends) in (self.first_ray..).zip(self.offsets.windows(2)) {
             events.clear();
@@ -63,7 +63,7 @@ impl Crossings {
     }
 
     /// Calls `each` with the index of every ray and its passages through surfaces, sorted by cell. Needs the facets where geometries share ranks.
-    pub(crate) fn for_each_passage(&self, frame: &Frame, mut each: impl FnMut(u64, &[Passage])) {
+    pub fn for_each_passage(&self, frame: &Frame, mut each: impl FnMut(u64, &[Passage])) {
         let mut passages = Vec::new();
         for (ray, ends) in (self.first_ray..).zip(self.offsets.windows(2)) {
             passages.clear();
@@ -184,7 +184,7 @@ fn cast<'a, T>(
 
 /// Passes on the hits of a facet with the rays of a window.
 #[inline(always)]
-pub(crate) fn hits(facet: &Projected, (frame, rays): (&Frame, &Rays), window: &[Range<u32>; 2], rows: &mut impl Rows) {
+pub fn hits(facet: &Projected, (frame, rays): (&Frame, &Rays), window: &[Range<u32>; 2], rows: &mut impl Rows) {
     if frame.is_graded() {
         graded::hits(facet, (frame, rays), window, rows);
     } else {

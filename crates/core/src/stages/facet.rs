@@ -80,7 +80,7 @@ impl Projected {
     }
 
     /// Numerator of the height over D, in units, at a ray.
-    pub(crate) fn height_at(&self, ray: [u32; 2], frame: &Frame, rays: &Rays) -> i128 {
+    pub fn height_at(&self, ray: [u32; 2], frame: &Frame, rays: &Rays) -> i128 {
         let from_first = |side: usize| {
             let centre = |ray: u32| i128::from(frame.centre(rays.across[side], ray));
             i128::from(self.slope[side]) * (centre(ray[side]) - centre(self.rays[side][0]))
@@ -134,7 +134,7 @@ fn slope(corners: &[[i64; 3]; 3]) -> [i64; 2] {
 /// First and last ray, inclusive, whose centres lie within the box of a facet along both axes across, clipped to the domain; None if there
 /// is no such ray.
 #[inline(always)]
-pub(crate) fn rays_under(facet: &SnappedFacet, frame: &Frame, rays: &Rays) -> Option<[[u32; 2]; 2]> {
+pub fn rays_under(facet: &SnappedFacet, frame: &Frame, rays: &Rays) -> Option<[[u32; 2]; 2]> {
     let mut under = [[0; 2]; 2];
     for side in 0..2 {
         let axis = rays.across[side];

@@ -14,7 +14,7 @@ pub enum Kind {
 }
 
 /// A counter for each rank, and a bit for those that hold the place.
-pub(crate) struct Inside {
+pub struct Inside {
     counters: Vec<i32>,
     bits: [u64; 4],
     rule: Rule,
@@ -34,14 +34,14 @@ impl Clone for Inside {
 
 impl Inside {
     /// Before the first crossing of a ray.
-    pub(crate) fn new(kinds: &[Kind], rule: Rule) -> Inside {
+    pub fn new(kinds: &[Kind], rule: Rule) -> Inside {
         let mut inside = Inside { counters: vec![0; kinds.len()], bits: [0; 4], rule };
         inside.begin(kinds);
         inside
     }
 
     /// Goes back to before the first crossing.
-    pub(crate) fn begin(&mut self, kinds: &[Kind]) {
+    pub fn begin(&mut self, kinds: &[Kind]) {
         self.counters.fill(0);
         self.bits = [0; 4];
         for (rank, kind) in kinds.iter().enumerate() {
@@ -52,7 +52,7 @@ impl Inside {
     }
 
     /// Passes a crossing, forwards or backwards along the ray.
-    pub(crate) fn pass(&mut self, event: u32, is_backward: bool) {
+    pub fn pass(&mut self, event: u32, is_backward: bool) {
         let rank = (event >> 1 & 0xff) as usize;
         let was_zero = self.counters[rank] == 0;
         match self.rule {
@@ -65,18 +65,18 @@ impl Inside {
     }
 
     /// Takes a rank in, or out.
-    pub(crate) fn flip(&mut self, rank: usize) {
+    pub fn flip(&mut self, rank: usize) {
         self.bits[rank / 64] ^= 1 << (rank % 64);
     }
 
     /// The highest rank that holds the place.
-    pub(crate) fn winner(&self) -> Option<u8> {
+    pub fn winner(&self) -> Option<u8> {
         let word = (0..4).rev().find(|&word| self.bits[word] != 0)?;
         Some((64 * word + 63 - self.bits[word].leading_zeros() as usize) as u8)
     }
 
     /// The flag of the place.
-    pub(crate) fn flag(&self, flag_of_rank: &[u8]) -> u8 {
+    pub fn flag(&self, flag_of_rank: &[u8]) -> u8 {
         self.winner().map_or(0, |rank| flag_of_rank[usize::from(rank)])
     }
 }

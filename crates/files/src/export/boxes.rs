@@ -31,7 +31,7 @@ impl Open {
 /// Calls `visit` with each box: the numbers of its first cell on each axis, and of the first cell after it.
 ///
 /// # Errors
-/// `cancelled`, looked at before every slab; `io` as for [`Mesh::flag`](hexcast_core::Mesh::flag); whatever `visit` returns.
+/// `cancelled`, looked at before every slab; `io` as for [`Mesh::flag`](hexcast_derived::mesh::Mesh::flag); whatever `visit` returns.
 pub(super) async fn for_each_box(
     job: &Export<'_>,
     flag: u8,

@@ -1,7 +1,7 @@
 //! What flags are made of, for programs that compute electromagnetic fields.
 
 use hexcast_core::base::error::{Error, Result};
-use hexcast_core::derived::mesh::{Mesh, Named};
+use hexcast_derived::mesh::{Mesh, Named};
 
 use super::names::said;
 

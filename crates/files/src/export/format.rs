@@ -6,8 +6,8 @@ use std::pin::Pin;
 use super::options::ExportOptions;
 use super::output::{Export, Files};
 use hexcast_core::base::error::Result;
-use hexcast_core::derived::mesh::{Mesh, Named};
 use hexcast_core::grid::lines::Lines;
+use hexcast_derived::mesh::{Mesh, Named};
 
 /// Files being written.
 pub(super) type Writing<'a> = Pin<Box<dyn Future<Output = Result<()>> + 'a>>;

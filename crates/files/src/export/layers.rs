@@ -53,7 +53,7 @@ pub(super) const N_SIDES: usize = 6;
 /// Calls `visit` with every layer, in ascending order, and then with one that has only points, those on top of the mesh.
 ///
 /// # Errors
-/// `cancelled`, looked at before every slab; `io` as for [`Mesh::flag`](hexcast_core::Mesh::flag); whatever `visit` returns.
+/// `cancelled`, looked at before every slab; `io` as for [`Mesh::flag`](hexcast_derived::mesh::Mesh::flag); whatever `visit` returns.
 pub(super) async fn for_each_layer(
     job: &Export<'_>,
     keeps: &[bool; 256],

@@ -4,7 +4,7 @@ use super::hdf5::{File, Item, Shape, Table};
 use super::output::Files;
 use crate::write::Compress;
 use hexcast_core::base::error::Result;
-use hexcast_core::derived::links::{Link, Links};
+use hexcast_derived::links::{Link, Links};
 
 /// Bytes of a link.
 const LINK_BYTES: u64 = 24;

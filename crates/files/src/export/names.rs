@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use hexcast_core::derived::mesh::{Mesh, Named};
+use hexcast_derived::mesh::{Mesh, Named};
 
 /// Name of flag 0 where the job does not say.
 const BACKGROUND: &str = "background";

@@ -4,7 +4,7 @@ use serde::Deserialize;
 
 use crate::write::Compress;
 use hexcast_core::base::error::{Error, Result};
-use hexcast_core::derived::mesh::{Mesh, SLAB_BYTES};
+use hexcast_derived::mesh::{Mesh, SLAB_BYTES};
 
 /// By what faces at the boundary of exported cells are named.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use super::options::ExportOptions;
 use hexcast_core::base::control::Control;
 use hexcast_core::base::error::{Error, Result};
-use hexcast_core::derived::mesh::Mesh;
+use hexcast_derived::mesh::Mesh;
 
 /// Where an exporter's files go.
 pub trait Files {

@@ -8,7 +8,7 @@ use super::names::{names, unique};
 use super::options::{ExportOptions, PatchNames};
 use super::output::Export;
 use hexcast_core::base::error::{Error, Result};
-use hexcast_core::derived::mesh::Mesh;
+use hexcast_derived::mesh::Mesh;
 
 /// Names of the sides of the box where a program has none of its own.
 const SIDE_NAMES: [&str; N_SIDES] = ["xMin", "xMax", "yMin", "yMax", "zMin", "zMax"];

@@ -9,7 +9,7 @@ use super::electric::{Electric, check_background, substances};
 use super::names::said;
 use super::options::ExportOptions;
 use hexcast_core::base::error::{Error, Result};
-use hexcast_core::derived::mesh::Mesh;
+use hexcast_derived::mesh::Mesh;
 
 /// The flags that plates have and that are exported.
 ///

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use super::*;
 use hexcast_core::base::error::Error;
-use hexcast_core::testing::{parts, pattern, pattern_flag, pattern_flags};
+use hexcast_derived::testing::{parts, pattern, pattern_flag, pattern_flags};
 
 mod facts;
 mod fields;
@@ -40,7 +40,7 @@ fn made_of(axis: usize) -> Mesh {
     let mut mesh = pattern(axis, DIMS, 3);
     parts(&mut mesh).names[0].material.pec = true;
     for (index, flag, eps_r) in [(1, 2, 2.25), (2, 3, 4.5)] {
-        parts(&mut mesh).names.insert(index, hexcast_core::derived::mesh::Named::new(flag, format!("flag_{flag}")));
+        parts(&mut mesh).names.insert(index, hexcast_derived::mesh::Named::new(flag, format!("flag_{flag}")));
         parts(&mut mesh).names[index].material.eps_r = Some(eps_r);
     }
     mesh
@@ -157,7 +157,7 @@ fn names_are_plain_and_each_is_there_once() {
         (0, "Luft & Äther"),
         (8, ""),
     ];
-    *parts(&mut mesh).names = named.map(|(flag, name)| hexcast_core::derived::mesh::Named::new(flag, name)).to_vec();
+    *parts(&mut mesh).names = named.map(|(flag, name)| hexcast_derived::mesh::Named::new(flag, name)).to_vec();
     let all = names::names(&mesh, 16, &["xMin"]);
     let expected = ["Luft____ther", "cu", "CU_2", "xmin_3", "a_b", "a_b_5", "f_7", "flag_9", "f_", "flag_9_9"];
     assert_eq!(all[..10], expected);

@@ -2,7 +2,7 @@
 
 use super::canvas::WHITE;
 use crate::colours::colour;
-use hexcast_core::derived::mesh::Mesh;
+use hexcast_derived::mesh::Mesh;
 
 /// How a picture looks.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -3,8 +3,8 @@
 use std::str::FromStr;
 
 use hexcast_core::base::error::{Error, Result};
-use hexcast_core::derived::mesh::Mesh;
 use hexcast_core::grid::lines::{AXES, Lines};
+use hexcast_derived::mesh::Mesh;
 
 /// A place along an axis; as text a coordinate such as `0.5`, or `25%`.
 #[derive(Debug, Clone, Copy, PartialEq)]

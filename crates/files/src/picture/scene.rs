@@ -12,8 +12,8 @@ use super::Look;
 use super::canvas::WHITE;
 use hexcast_core::base::control::Control;
 use hexcast_core::base::error::{Error, Result};
-use hexcast_core::derived::mesh::Mesh;
-use hexcast_core::derived::skin::{Skin, SkinPart};
+use hexcast_derived::mesh::Mesh;
+use hexcast_derived::skin::{Skin, SkinPart};
 
 /// Points of a pixel on each side.
 pub(super) const FINE: u32 = 2;

@@ -9,8 +9,8 @@ use super::{Look, MARGIN, check_memory, coordinate};
 use hexcast_core::base::control::{Control, at_once};
 use hexcast_core::base::error::{Error, Result};
 use hexcast_core::base::parallel::*;
-use hexcast_core::derived::mesh::Mesh;
 use hexcast_core::grid::lines::{AXES, Lines};
+use hexcast_derived::mesh::Mesh;
 
 /// Pixels of the longest side of the mesh where nobody says.
 const SIZE: u32 = 600;

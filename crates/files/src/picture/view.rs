@@ -13,8 +13,8 @@ use hexcast_core::base::control::{Control, at_once};
 use hexcast_core::base::error::{Error, Result};
 use hexcast_core::base::parallel::*;
 use hexcast_core::cells::flags::CellBox;
-use hexcast_core::derived::mesh::Mesh;
-use hexcast_core::derived::skin::{Skin, check_box, skin_with_rests};
+use hexcast_derived::mesh::Mesh;
+use hexcast_derived::skin::{Skin, check_box, skin_with_rests};
 
 /// Pixels of the longer side where nobody says.
 const SIZE: u32 = 1000;

@@ -4,7 +4,7 @@
 //! are 0: cell (x, y, z) of nx x ny x nz cells is bit `x % 8` of byte `x / 8 + ceil(nx / 8) * (y + ny * z)`.
 
 use hexcast_core::base::error::{Error, Result};
-use hexcast_core::derived::mesh::Mesh;
+use hexcast_derived::mesh::Mesh;
 
 /// Refuses meshes with several flags, which a bit a cell cannot distinguish.
 ///
@@ -23,7 +23,7 @@ pub fn check(mesh: &Mesh) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use hexcast_core::testing::pattern;
+    use hexcast_derived::testing::pattern;
 
     #[test]
     fn several_flags_are_refused_by_name() {

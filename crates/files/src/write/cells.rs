@@ -7,8 +7,8 @@
 use super::{Options, ordered, raw, solid};
 use hexcast_core::base::control::Control;
 use hexcast_core::base::error::Result;
-use hexcast_core::derived::fractions::Fractions;
-use hexcast_core::derived::mesh::Mesh;
+use hexcast_derived::fractions::Fractions;
+use hexcast_derived::mesh::Mesh;
 
 /// The cells of a mesh as a file has them.
 #[derive(Clone, Copy)]

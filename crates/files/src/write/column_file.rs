@@ -19,7 +19,7 @@ use hexcast_core::cells::columns::codec::{PieceEncoder, PieceSplitter};
 use hexcast_core::cells::columns::file::end;
 use hexcast_core::cells::columns::file::piece;
 use hexcast_core::cells::columns::{Columns, Head};
-use hexcast_core::derived::mesh::Mesh;
+use hexcast_derived::mesh::Mesh;
 
 /// Writes a mesh as a column file, with which the sink begins: the head, then two pieces a core at a time, with a rest before them, then the
 /// end.

@@ -8,8 +8,8 @@ use super::{Options, Sink, npy, ordered};
 use hexcast_core::base::control::Control;
 use hexcast_core::base::error::Result;
 use hexcast_core::cells::flags::{CellBox, slabs_of_box};
-use hexcast_core::derived::mesh::Mesh;
 use hexcast_core::grid::lines::AXES;
+use hexcast_derived::mesh::Mesh;
 
 /// The lines of each axis.
 pub(super) fn lines(mesh: &Mesh) -> [Array<'_>; 3] {

@@ -3,10 +3,10 @@
 use serde::Deserialize;
 
 use hexcast_core::base::error::{Error, Result};
-use hexcast_core::derived::mesh::SLAB_BYTES;
 #[cfg(not(target_arch = "wasm32"))]
 use hexcast_core::input::job::Level;
 use hexcast_core::input::job::ZarrJob;
+use hexcast_derived::mesh::SLAB_BYTES;
 
 /// A format of an output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -245,7 +245,7 @@ impl Options {
 pub struct Written {
     /// Bytes handed to the output.
     pub n_bytes: u64,
-    /// SHA-256 of these bytes in hexadecimal, for `.raw` where it was asked for (not bit-packed, it is [`Mesh::flags_sha256`](hexcast_core::Mesh::flags_sha256)).
+    /// SHA-256 of these bytes in hexadecimal, for `.raw` where it was asked for (not bit-packed, it is [`Mesh::flags_sha256`](hexcast_derived::mesh::Mesh::flags_sha256)).
     pub sha256: Option<String>,
 }
 

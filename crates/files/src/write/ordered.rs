@@ -7,7 +7,7 @@ use hexcast_core::base::control::Control;
 use hexcast_core::base::error::Result;
 use hexcast_core::base::parallel::*;
 use hexcast_core::cells::flags::{CellBox, slabs_of_box};
-use hexcast_core::derived::mesh::Mesh;
+use hexcast_derived::mesh::Mesh;
 
 use super::{AxisOrder, Options};
 
@@ -80,7 +80,7 @@ fn transposed(flags: &[u8], [nx, ny, nz]: [usize; 3]) -> Vec<u8> {
 mod tests {
     use super::*;
     use crate::write::{Compress, Format, sidecar_json, write};
-    use hexcast_core::testing::{pattern, pattern_flag, pattern_flags};
+    use hexcast_derived::testing::{pattern, pattern_flag, pattern_flags};
 
     #[test]
     fn cells_are_in_the_order_and_by_the_map_that_was_asked_for() {

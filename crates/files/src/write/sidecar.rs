@@ -8,9 +8,9 @@
 use serde::Serialize;
 
 use hexcast_core::cells::fingerprint::flags_hash;
-use hexcast_core::derived::mesh::Mesh;
 use hexcast_core::grid::lines::Lines;
 use hexcast_core::input::geometry::Material;
+use hexcast_derived::mesh::Mesh;
 
 use super::{AxisOrder, Options, Written};
 use hexcast_core::cells::flags::row_bytes;

@@ -24,8 +24,8 @@ use hexcast_core::base::control::Control;
 use hexcast_core::base::error::{Error, Result};
 use hexcast_core::cells::columns::Columns;
 use hexcast_core::cells::flags::{CellBox, flags_of_box};
-use hexcast_core::derived::mesh::{Mesh, Named};
 use hexcast_core::grid::lines::{AXES, Lines};
+use hexcast_derived::mesh::{Mesh, Named};
 pub(super) use metadata::sharded;
 use metadata::{Described, attributes, group, plain, text};
 #[cfg(test)]

@@ -7,7 +7,7 @@ use sha2::{Digest, Sha256};
 
 use super::*;
 use hexcast_core::base::checksum::hex;
-use hexcast_core::testing::{pattern, pattern_flags};
+use hexcast_derived::testing::{pattern, pattern_flags};
 
 mod large;
 

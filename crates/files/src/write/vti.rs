@@ -18,8 +18,8 @@ use std::fmt::Write;
 use hexcast_core::base::control::Control;
 use hexcast_core::base::error::Result;
 use hexcast_core::base::zlib::Blocks;
-use hexcast_core::derived::mesh::Mesh;
 use hexcast_core::grid::lines::{AXES, Lines};
+use hexcast_derived::mesh::Mesh;
 
 use super::cells::Cells;
 use super::{Compress, Format, Sink};

@@ -7,7 +7,7 @@
 
 use std::fmt::Write;
 
-use hexcast_core::derived::leak::Leak;
+use hexcast_derived::leak::Leak;
 
 /// A point or a line of the file.
 struct Part<'a> {

@@ -14,9 +14,9 @@ use hexcast_core::base::control::Control;
 use hexcast_core::base::error::Result;
 use hexcast_core::base::parallel::*;
 use hexcast_core::cells::flags::n_cells;
-use hexcast_core::derived::fractions::Fractions;
-use hexcast_core::derived::mesh::{Mesh, Named};
 use hexcast_core::grid::lines::Lines;
+use hexcast_derived::fractions::Fractions;
+use hexcast_derived::mesh::{Mesh, Named};
 
 use super::Options;
 use super::measured::solid::cells_of_store;

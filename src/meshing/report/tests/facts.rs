@@ -7,10 +7,6 @@ use crate::meshing::report::{
     OpenReport, Report, is_cut,
 };
 use hexcast_core::cells::columns::{Band, Columns, Named, run};
-use hexcast_core::derived::certificate::{Certificate, FlagGap, Overlap, ThinWall};
-use hexcast_core::derived::fractions::Fractions;
-use hexcast_core::derived::links::Link;
-use hexcast_core::derived::mesh::Mesh;
 use hexcast_core::grid::closed::{BadEdges, EdgeGroup};
 use hexcast_core::grid::lines::Lines;
 use hexcast_core::grid::rays::Rays;
@@ -19,7 +15,11 @@ use hexcast_core::input::geometry::{Geometry, Open};
 use hexcast_core::input::job::{GeometryJob, Job};
 use hexcast_core::open_surfaces::doubt::Doubtful;
 use hexcast_core::set;
-use hexcast_core::testing::{links_of, no_fractions};
+use hexcast_derived::certificate::{Certificate, FlagGap, Overlap, ThinWall};
+use hexcast_derived::fractions::Fractions;
+use hexcast_derived::links::Link;
+use hexcast_derived::mesh::Mesh;
+use hexcast_derived::testing::{links_of, no_fractions};
 
 fn geometry(name: &str, bad_edges: BadEdges) -> GeometryReport {
     let facets = vec![[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]];

@@ -25,7 +25,8 @@ impl Columns {
     ///
     /// # Panics
     /// If the box reaches past the columns: a bug of the caller.
-    pub(crate) fn runs_of_box(&self, cells: &[Range<u32>; 3]) -> Result<BoxRuns> {
+    #[doc(hidden)]
+    pub fn runs_of_box(&self, cells: &[Range<u32>; 3]) -> Result<BoxRuns> {
         let along = &cells[self.rays.axis];
         let [across_i, across_j] = self.rays.across.map(|axis| cells[axis].clone());
         let mut found = BoxRuns { offsets: vec![0], runs: Vec::new() };
@@ -54,12 +55,12 @@ impl Columns {
 #[cfg(test)]
 mod tests {
     use super::super::flag_at;
-    use crate::testing::{pattern, pattern_flag};
+    use crate::testing::{pattern_columns, pattern_flag};
 
     #[test]
     fn runs_of_a_box_have_its_flags_counted_from_its_first_cell() {
         for axis in 0..3 {
-            let columns = pattern(axis, [9, 5, 7], 3).columns;
+            let columns = pattern_columns(axis, [9, 5, 7], 3);
             for cells in [[0..9, 0..5, 0..7], [2..8, 1..4, 3..4], [4..5, 0..5, 2..7], [3..3, 1..2, 0..7]] {
                 let found = columns.runs_of_box(&cells).unwrap();
                 let [across_i, across_j] = columns.rays.across.map(|axis| cells[axis].clone());

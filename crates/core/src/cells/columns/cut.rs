@@ -16,13 +16,8 @@ impl Columns {
     ///
     /// # Errors
     /// `memory` where the columns take more than is allowed; `io` where these cannot be read; `cancelled`.
-    pub(crate) fn cut(
-        &self,
-        cells: &[Range<u32>; 3],
-        stride: [u32; 3],
-        max_bytes: u64,
-        control: &Control,
-    ) -> Result<Columns> {
+    #[doc(hidden)]
+    pub fn cut(&self, cells: &[Range<u32>; 3], stride: [u32; 3], max_bytes: u64, control: &Control) -> Result<Columns> {
         let rays = Rays::new(self.rays.axis, [0, 1, 2].map(|axis| cells[axis].len() as u32 / stride[axis]));
         let middle = |axis: usize, block: u32| cells[axis].start + block * stride[axis] + stride[axis] / 2;
         // the first block whose middle is not before a cell

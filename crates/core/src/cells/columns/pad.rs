@@ -81,7 +81,7 @@ mod tests {
     use crate::cells::columns::{Band, Columns, run, run_cell, run_flag};
     use crate::grid::rays::Rays;
     use crate::input::job::HaloEdge;
-    use crate::testing::pattern;
+    use crate::testing::pattern_columns;
 
     #[test]
     fn more_rays_than_a_band_holds_are_padded_in_several() {
@@ -108,15 +108,12 @@ mod tests {
     fn padded_columns_have_the_same_flags_within_and_background_or_the_nearest_around_them() {
         let dims = [9, 5, 7];
         for axis in 0..3 {
-            let mesh = pattern(axis, dims, 3);
+            let columns = pattern_columns(axis, dims, 3);
             for [before, behind] in [[[0; 3], [0; 3]], [[2, 3, 1], [1, 0, 4]], [[0, 0, 2], [0, 1, 0]]] {
                 for edge in [HaloEdge::Background, HaloEdge::Clamp] {
-                    let padded = mesh.columns.padded([before, behind], edge).unwrap();
+                    let padded = columns.padded([before, behind], edge).unwrap();
                     assert_eq!(padded.dims(), [0, 1, 2].map(|axis| before[axis] + dims[axis] + behind[axis]));
-                    assert_eq!(
-                        (padded.n_crossings(), padded.odd_rays()),
-                        (mesh.columns.n_crossings(), mesh.columns.odd_rays())
-                    );
+                    assert_eq!((padded.n_crossings(), padded.odd_rays()), (columns.n_crossings(), columns.odd_rays()));
                     // every ray has runs within it, ascending, each of another flag than the one before
                     let depth = padded.rays.depth;
                     let check = |runs: &[u32]| {
@@ -132,7 +129,7 @@ mod tests {
                     for cell in (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z]))) {
                         let at = [0, 1, 2].map(|axis| i64::from(cell[axis]) - i64::from(before[axis]));
                         let nearest = [0, 1, 2].map(|axis| at[axis].clamp(0, i64::from(dims[axis]) - 1));
-                        let flag = mesh.columns.flag(nearest.map(|cell| cell as u32)).unwrap();
+                        let flag = columns.flag(nearest.map(|cell| cell as u32)).unwrap();
                         let expected = if at == nearest || edge == HaloEdge::Clamp { flag } else { 0 };
                         let found = padded.flag(cell).unwrap();
                         assert_eq!(found, expected, "axis {axis}, {edge:?}, {before:?}, {behind:?}, cell {cell:?}");

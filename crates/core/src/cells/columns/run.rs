@@ -55,7 +55,8 @@ pub struct CellRun {
 
 impl CellRun {
     /// Runs in any order, ascending; those that touch or have cells in common are one.
-    pub(crate) fn united(mut runs: Vec<CellRun>) -> Vec<CellRun> {
+    #[doc(hidden)]
+    pub fn united(mut runs: Vec<CellRun>) -> Vec<CellRun> {
         par_sort(&mut runs);
         runs.dedup_by(|next, last| {
             let touches = next.ray == last.ray && next.start <= last.end;

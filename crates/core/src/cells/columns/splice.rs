@@ -68,7 +68,8 @@ impl Columns {
     ///
     /// # Errors
     /// `job-conflict` where the columns are in a store.
-    pub(crate) fn splice(&mut self, some: &SomeRuns, n_crossings: u64) -> Result<Vec<ChangedRun>> {
+    #[doc(hidden)]
+    pub fn splice(&mut self, some: &SomeRuns, n_crossings: u64) -> Result<Vec<ChangedRun>> {
         let Content::InMemory(shared) = &mut self.content else {
             return Err(Error::new("job-conflict", "the columns are in a file, not in memory", "mesh again"));
         };

@@ -84,7 +84,7 @@ fn n_below(places: &[i32], place: i64) -> usize {
 
 /// How places are counted: from the centre of cell 0, in cells of the smallest size.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Scale {
+pub struct Scale {
     origin: [f64; 3],
     unit: [f64; 3],
     /// From line 0 to the centre of cell 0.
@@ -92,13 +92,13 @@ pub(crate) struct Scale {
 }
 
 impl Scale {
-    pub(crate) fn new(lines: &Lines) -> Scale {
+    pub fn new(lines: &Lines) -> Scale {
         let (origin, unit) = (lines.origin(), lines.smallest());
         Scale { origin, unit, half: [0, 1, 2].map(|axis| 0.5 * (lines.cell_size(axis, 0) / unit[axis])) }
     }
 
     #[inline(always)]
-    pub(crate) fn units_from_world(&self, axis: usize, world: f64) -> f64 {
+    pub fn units_from_world(&self, axis: usize, world: f64) -> f64 {
         (world - self.origin[axis]) / self.unit[axis] - self.half[axis]
     }
 
@@ -109,7 +109,7 @@ impl Scale {
 
 /// The nearest integer of a number below 2^30, ties to even: adding 1.5 2^52 leaves it in the low bits. Two instructions, where `rint` is a call.
 #[inline(always)]
-pub(crate) fn nearest(value: f64) -> i32 {
+pub fn nearest(value: f64) -> i32 {
     (value + 6_755_399_441_055_744.0).to_bits() as i32
 }
 

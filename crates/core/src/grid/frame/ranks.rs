@@ -52,7 +52,7 @@ impl Ranks {
     }
 
     /// Whether the rank of each geometry is its position.
-    pub(crate) fn are_positions(&self) -> bool {
+    pub fn are_positions(&self) -> bool {
         self.rank_at.len() == self.flag_of_rank.len()
     }
 

@@ -23,7 +23,7 @@ const NUMBER: u64 = 1 << 62;
 
 /// The crossings of the rays of a window.
 #[derive(Default)]
-pub(crate) struct Places {
+pub struct Places {
     /// Slots from one of a ray to its next: rays, and some more.
     stride: usize,
     slots: Vec<f64>,
@@ -42,13 +42,13 @@ const LANES: usize = 4;
 
 /// Place of a crossing.
 #[inline(always)]
-pub(crate) fn place_of(crossing: u64) -> u64 {
+pub fn place_of(crossing: u64) -> u64 {
     crossing >> EVENT_BITS
 }
 
 /// Rank and direction of a crossing.
 #[inline(always)]
-pub(crate) fn event_of(crossing: u64) -> u32 {
+pub fn event_of(crossing: u64) -> u32 {
     (crossing & ((1 << EVENT_BITS) - 1)) as u32
 }
 
@@ -99,7 +99,7 @@ impl<F: Fn(f64) -> u64> Rows for Taken<'_, F> {
 impl Places {
     /// Casts the rays of a window, ranges of rays along both axes across, against facets: at least all that they hit. `place` makes 48 bits, in order, of a place along a
     /// ray in units, known to 2^-50 of itself.
-    pub(crate) fn cast(
+    pub fn cast(
         &mut self,
         (frame, rays): (&Frame, &Rays),
         facets: &[u32],
@@ -133,7 +133,7 @@ impl Places {
 
     /// The crossings of a ray of the window, counted row after row, in order.
     #[inline(always)]
-    pub(crate) fn of_ray(&mut self, ray: u32) -> impl Iterator<Item = u64> {
+    pub fn of_ray(&mut self, ray: u32) -> impl Iterator<Item = u64> {
         let n = usize::from(self.counts[ray as usize]);
         let (numbers, stride, n) = if n <= SLOTS {
             (&self.slots[ray as usize..], self.stride, n)

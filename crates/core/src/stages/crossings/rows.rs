@@ -4,7 +4,7 @@ use std::ops::Range;
 
 /// Where along its ray a hit is. What its caller does not ask for is not computed.
 #[derive(Clone, Copy, Default)]
-pub(crate) struct Height {
+pub struct Height {
     /// The place is `(below + rest / area) unit` units; `0 <= rest < area`. Among equal cells what is less than 2^-F of a cell times `1 / area` is left out.
     pub(super) below: i64,
     pub(super) rest: i64,
@@ -17,7 +17,7 @@ pub(crate) struct Height {
 impl Height {
     /// The place in units, to 2^-50 of itself.
     #[inline(always)]
-    pub(crate) fn place(self) -> f64 {
+    pub fn place(self) -> f64 {
         self.place_of(self.parts())
     }
 
@@ -36,13 +36,13 @@ impl Height {
     /// How far the hit is above the centre of the last cell below, in cells, times the area and rounded down: at most the area. Of equal cells, and of hits
     /// between centres.
     #[inline(always)]
-    pub(crate) fn above_centre(self) -> i64 {
+    pub fn above_centre(self) -> i64 {
         if self.is_at_centre { self.area } else { self.rest }
     }
 }
 
 /// What takes the hits of facets, row after row.
-pub(crate) trait Rows {
+pub trait Rows {
     /// Takes the hits of consecutive rays of row j: of each its first cell above, and its place.
     fn row(&mut self, j: u32, across: Range<u32>, hits: impl Iterator<Item = (u32, Height)>);
 }

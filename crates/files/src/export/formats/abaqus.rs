@@ -21,7 +21,7 @@ use crate::export::{
     unit::metres,
 };
 use hexcast_core::base::error::{Error, Result};
-use hexcast_core::derived::mesh::Named;
+use hexcast_derived::mesh::Named;
 use hexcast_core::input::geometry::Material;
 
 pub(in crate::export) static FORMAT: Format = Format {

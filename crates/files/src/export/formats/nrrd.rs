@@ -19,7 +19,7 @@ use crate::export::{
 use crate::write::Compress;
 use hexcast_core::base::error::Result;
 use hexcast_core::base::sort::sort_by_key;
-use hexcast_core::derived::mesh::Mesh;
+use hexcast_derived::mesh::Mesh;
 
 pub(in crate::export) static FORMAT: Format = Format {
     program: "NRRD",

@@ -13,7 +13,7 @@ use crate::export::{
 };
 use hexcast_core::base::error::{Error, Result};
 use hexcast_core::cells::flags::{CellBox, slabs_of_box};
-use hexcast_core::derived::mesh::Mesh;
+use hexcast_derived::mesh::Mesh;
 
 pub(in crate::export) static FORMAT: Format = Format {
     program: "MagicaVoxel",

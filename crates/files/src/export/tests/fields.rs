@@ -5,7 +5,7 @@ use quick_xml::events::{BytesStart, Event};
 use rust_hdf5::H5File;
 
 use super::*;
-use hexcast_core::testing::{parts, pattern_flags};
+use hexcast_derived::testing::{parts, pattern_flags};
 
 /// The pattern with cubes for cells.
 fn cubic(axis: usize) -> Mesh {
@@ -53,7 +53,7 @@ fn numbers(text: &str) -> Vec<f64> {
 fn boxes_for_openems_are_the_cells_and_meet_no_other() {
     for (axis, flags) in [(0, vec![1, 2, 3]), (1, vec![0, 2]), (2, vec![3])] {
         let mut mesh = made_of(axis);
-        parts(&mut mesh).names.push(hexcast_core::derived::mesh::Named::new(0, "air"));
+        parts(&mut mesh).names.push(hexcast_derived::mesh::Named::new(0, "air"));
         parts(&mut mesh).names.last_mut().unwrap().material.eps_r = Some(1.0006);
         let options = ExportOptions::default().with_flags(flags.clone()).with_slab_bytes(40);
         let text = text_of(&mesh, Exporter::Csx, "a.csx.xml", &options);
@@ -130,10 +130,10 @@ fn a_cuboid_is_one_box() {
 
 /// A mesh with the faces of two plates: one of 3 x 2 faces with a notch, across z, and one of a single face, across x.
 fn with_plates() -> Mesh {
-    use hexcast_core::derived::staggered::SheetFace;
+    use hexcast_derived::staggered::SheetFace;
     let mut mesh = cubic(0);
     *parts(&mut mesh).lines = hexcast_core::grid::lines::Lines::new([-1.5, 0.5, 0.0], [0.5; 3], DIMS).unwrap();
-    parts(&mut mesh).names.push(hexcast_core::derived::mesh::Named::new(9, "strip"));
+    parts(&mut mesh).names.push(hexcast_derived::mesh::Named::new(9, "strip"));
     parts(&mut mesh).names.last_mut().unwrap().material.pec = true;
     let across_z = [[2, 1], [3, 1], [4, 1], [2, 2], [3, 2]].map(|[x, y]| SheetFace::new(2, [x, y, 7], 9));
     let plates = [SheetFace::new(0, [4, 0, 3], 9)].into_iter().chain(across_z).collect();
@@ -335,7 +335,7 @@ fn what_flags_are_made_of_must_be_said() {
         parts(&mut mesh).names[1].material.density = Some(2.0);
         assert_eq!(code(&mesh, exporter, &options), Some("export-material"));
         assert_eq!(code(&mesh, exporter, &options.clone().with_flags(vec![1])), None);
-        parts(&mut mesh).names.push(hexcast_core::derived::mesh::Named::new(0, "metal"));
+        parts(&mut mesh).names.push(hexcast_derived::mesh::Named::new(0, "metal"));
         parts(&mut mesh).names.last_mut().unwrap().material.pec = true;
         assert_eq!(code(&mesh, exporter, &options.clone().with_flags(vec![1])), Some("job-conflict"));
         assert_eq!(code(&mesh, exporter, &options.clone().with_flags(vec![0, 1])), None);

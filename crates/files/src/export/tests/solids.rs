@@ -1,7 +1,7 @@
 //! Points, faces and elements, read back and compared with the flags by the middles and volumes of cells.
 
 use super::*;
-use hexcast_core::testing::parts;
+use hexcast_derived::testing::parts;
 
 /// Flag of each exported cell by its middle, rounded to a millionth.
 pub(super) type Cells = BTreeMap<[i64; 3], u8>;

@@ -12,7 +12,7 @@ use hexcast_core::cells::columns::file::corrupt;
 use hexcast_core::cells::columns::file::end::{self, TAIL};
 use hexcast_core::cells::columns::file::head::{self, MAGIC, START};
 use hexcast_core::cells::columns::{Columns, Head, MemoryStore, PieceEntry, PieceStore, Store, TotalsCheck};
-use hexcast_core::derived::mesh::Mesh;
+use hexcast_derived::mesh::Mesh;
 
 /// Whether a file that starts with these bytes, 8 at least, is a column file of any version.
 pub fn is_column_file(start: &[u8]) -> bool {

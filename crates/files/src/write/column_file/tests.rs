@@ -11,7 +11,7 @@ use hexcast_core::cells::columns::{Band, Columns, ColumnsBuilder, MemoryStore, c
 use hexcast_core::grid::lines::Lines;
 use hexcast_core::grid::rays::Rays;
 use hexcast_core::set;
-use hexcast_core::testing::{parts, pattern};
+use hexcast_derived::testing::{parts, pattern};
 
 mod opened;
 
@@ -347,7 +347,7 @@ fn materials_and_the_name_of_the_background_read_back_in_a_version_of_their_own(
         }
         let version = bytes(&mesh, false)[8];
         assert_eq!(version, if lists { 3 } else { 2 });
-        parts(&mut mesh).names.push(hexcast_core::derived::mesh::Named::new(0, "air"));
+        parts(&mut mesh).names.push(hexcast_derived::mesh::Named::new(0, "air"));
         parts(&mut mesh).names[1].material.eps_r = Some(2.2);
         parts(&mut mesh).names[1].material.pec = true;
         let file = bytes(&mesh, true);

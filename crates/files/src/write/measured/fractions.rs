@@ -5,7 +5,7 @@ use std::io;
 use crate::write::Compress;
 use crate::write::archive::{Array, write_named};
 use hexcast_core::base::error::Result;
-use hexcast_core::derived::fractions::{CutSurface, Fraction, Fractions, Part};
+use hexcast_derived::fractions::{CutSurface, Fraction, Fractions, Part};
 
 /// Writes a NumPy archive of the arrays `cell`, `flag` and `fraction`, an entry for each fraction, and `dims`; `faces` and those of the surfaces
 /// where they were asked for. Returns the number of bytes.

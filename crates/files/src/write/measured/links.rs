@@ -6,7 +6,7 @@ use crate::write::archive::Array;
 use crate::write::{Compress, Sink, archive};
 use hexcast_core::base::control::{Control, at_once};
 use hexcast_core::base::error::{Error, Result};
-use hexcast_core::derived::links::{Link, Links};
+use hexcast_derived::links::{Link, Links};
 
 /// What is written, for errors.
 const WHAT: &str = "the links";

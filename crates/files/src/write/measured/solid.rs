@@ -10,8 +10,8 @@ use crate::write::{Format, npy};
 use hexcast_core::base::error::{Error, Result};
 use hexcast_core::cells::columns::Columns;
 use hexcast_core::cells::flags::{CellBox, flags_of_box};
-use hexcast_core::derived::fractions::Fractions;
-use hexcast_core::derived::mesh::Mesh;
+use hexcast_derived::fractions::Fractions;
+use hexcast_derived::mesh::Mesh;
 
 /// Refuses a format that holds no fractions of cells.
 pub(in crate::write) fn check_format(format: Format) -> Result<()> {

@@ -5,8 +5,8 @@ use std::io;
 use crate::write::archive::{Array, write_named};
 use crate::write::{Compress, npz};
 use hexcast_core::base::error::Result;
-use hexcast_core::derived::mesh::Mesh;
-use hexcast_core::derived::staggered::{COMPONENTS, SheetFace, Staggered};
+use hexcast_derived::mesh::Mesh;
+use hexcast_derived::staggered::{COMPONENTS, SheetFace, Staggered};
 
 /// Points that are expanded at a time.
 const AT_ONCE: usize = 1 << 24;

@@ -18,7 +18,7 @@ use hexcast_core::cells::columns::{Band, Columns, run};
 use hexcast_core::grid::rays::Rays;
 use hexcast_core::input::job::{ByteSize, ZarrJob};
 use hexcast_core::set;
-use hexcast_core::testing::{pattern, pattern_flags};
+use hexcast_derived::testing::{pattern, pattern_flags};
 
 fn options(compress: Compress, shard_bytes: u64) -> Options {
     let zarr = set!(ZarrJob { shard_bytes: Some(ByteSize(shard_bytes)), ..ZarrJob::default() });

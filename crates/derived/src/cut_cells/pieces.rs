@@ -1,0 +1,224 @@
+//! What of facets lies in the cells of some planes: polygons, in the order of rows and of cells.
+//!
+//! Facets, planes of a window -> [`Pieces`]. Coordinates are in cells, from the low corner of the cell: 0 to 1, and exactly 0 or 1 in its faces. Both cells of a face
+//! get the same numbers for what lies in it, as each is rounded once.
+//!
+//! What lies before the first cell of a row is a piece, too, of a cell numbered 0: rays along lines pass through it. The cells of a window are numbered from 1.
+//!
+//! Cost: a split for each plane that a facet crosses; some 150 bytes a piece, which are used again.
+
+use std::ops::Range;
+
+use super::polygon::{FIRST_FACE, Polygon, Whole};
+use hexcast_core::base::sort::{by_number, sort_by_key};
+use hexcast_core::grid::frame::Frame;
+use hexcast_core::grid::window::CellWindow;
+
+/// Where the cells of a window are, in units.
+pub(super) struct Grid<'a> {
+    frame: &'a Frame,
+    pub(super) window: CellWindow,
+    /// The faces of all cells of the box, along each axis.
+    faces: [Vec<i32>; 3],
+}
+
+impl Grid<'_> {
+    pub(super) fn new(frame: &Frame, window: CellWindow) -> Grid<'_> {
+        let faces = [0, 1, 2].map(|axis| (0..=frame.dims[axis]).map(|cell| frame.face(axis, cell)).collect());
+        Grid { frame, window, faces }
+    }
+
+    /// The cell of an axis that a place is in, as a number of the box: -1 before the first, their number behind the last.
+    #[inline(always)]
+    fn cell(&self, axis: usize, place: i32) -> i32 {
+        let faces = &self.faces[axis];
+        let n = faces.len() as i32 - 1;
+        if self.frame.is_graded() {
+            return faces.partition_point(|&face| face <= place) as i32 - 1;
+        }
+        (((i64::from(place) - i64::from(faces[0])) >> self.frame.fraction_bits) as i32).clamp(-1, n)
+    }
+
+    /// Number of planes of cells across z.
+    pub(super) fn n_planes(&self) -> u32 {
+        self.window.end[2] - self.window.first[2]
+    }
+
+    /// The planes of the window across z that each facet reaches, counted from the first.
+    pub(super) fn planes_of(&self, facet: usize) -> Range<u32> {
+        let places = self.frame.facets[facet].map(|corner| corner[2]);
+        let [low, high] = [i32::min, i32::max].map(|of| places.into_iter().reduce(of).unwrap_or(0));
+        let [first, end] = [self.window.first[2], self.window.end[2]].map(|plane| plane as i32);
+        let (low, high) = (self.cell(2, low).max(first), (self.cell(2, high) + 1).min(end));
+        if low < high { (low - first) as u32..(high - first) as u32 } else { 0..0 }
+    }
+}
+
+/// What of a facet lies in a cell.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Piece {
+    /// `cell of the row << 32 | rank << 16 | position`.
+    key: u64,
+    /// Its first corner.
+    start: u32,
+    n: u8,
+    /// Signs of the normal of its facet.
+    pub(super) signs: [i8; 3],
+}
+
+impl Piece {
+    /// The cell of its row, counted from 1.
+    pub(super) fn cell(&self) -> u32 {
+        (self.key >> 32) as u32
+    }
+
+    pub(super) fn rank(&self) -> u8 {
+        (self.key >> 16) as u8
+    }
+
+    pub(super) fn position(&self) -> u16 {
+        self.key as u16
+    }
+}
+
+/// The pieces of some planes.
+#[derive(Default)]
+pub(super) struct Pieces {
+    corners: Vec<[f64; 3]>,
+    /// What each side lies on: that from a corner to the next. 0 for the inside of the cell, else 1 more than the number of a face.
+    sides: Vec<u8>,
+    found: Vec<(u32, Piece)>,
+    firsts: Vec<u32>,
+    sorted: Vec<Piece>,
+}
+
+impl Pieces {
+    /// Finds those of some facets in some planes of the window across z.
+    pub(super) fn find(&mut self, grid: &Grid, facets: &[u32], planes: Range<u32>) {
+        let Grid { frame, window, .. } = grid;
+        self.corners.clear();
+        self.sides.clear();
+        self.found.clear();
+        let [nx, ny] = [0, 1].map(|axis| (window.end[axis] - window.first[axis]) as i32);
+        let first = window.first.map(|cell| cell as i32);
+        let of_planes = first[2] + planes.start as i32..first[2] + planes.end as i32;
+        for &facet in facets {
+            let Some(whole) = Whole::new(&frame.facets[facet as usize]) else { continue };
+            let position = frame.position_of_facet[facet as usize];
+            let key = u64::from(frame.rank_of_facet(facet as usize)) << 16 | u64::from(position);
+            let signs = whole.signs();
+            slices(&whole.polygon(), &whole, (grid, 2), of_planes.clone(), |z, polygon| {
+                slices(polygon, &whole, (grid, 1), first[1]..first[1] + ny, |y, polygon| {
+                    let row = ((z - of_planes.start) * ny + y - first[1]) as u32;
+                    let mut add = |x: i32, polygon: &Polygon| {
+                        let piece = Piece { key: ((x - first[0] + 1) as u64) << 32 | key, signs, ..Piece::default() };
+                        self.add(polygon, grid, [x, y, z], (row, piece));
+                    };
+                    before(polygon, &whole, (grid, 0), first[0], |polygon| add(first[0] - 1, polygon));
+                    slices(polygon, &whole, (grid, 0), first[0]..first[0] + nx, add);
+                });
+            });
+        }
+        let n_rows = planes.len() * ny as usize;
+        by_number(self.found.iter().copied(), n_rows, &mut self.firsts, &mut self.sorted);
+        for row in 0..n_rows {
+            let of_row = self.firsts[row] as usize..self.firsts[row + 1] as usize;
+            sort_by_key(&mut self.sorted[of_row], |piece| piece.key);
+        }
+    }
+
+    fn add(&mut self, polygon: &Polygon, grid: &Grid, cell: [i32; 3], (row, piece): (u32, Piece)) {
+        let start = self.corners.len();
+        // along x before the first cell of a window there may be none
+        let at = [0, 1, 2].map(|axis| (cell[axis].max(0) as usize).min(grid.faces[axis].len() - 2));
+        let low = [0, 1, 2].map(|axis| grid.faces[axis][at[axis]]);
+        let size = [0, 1, 2].map(|axis| f64::from(grid.faces[axis][at[axis] + 1] - low[axis]));
+        let mut corners = [[0.0; 3]; 9];
+        let mut first = 0;
+        for index in 0..polygon.n {
+            let (whole, part) = (&polygon.whole[index], &polygon.part[index]);
+            for axis in 0..3 {
+                corners[index][axis] = (f64::from(whole[axis].wrapping_sub(low[axis])) + part[axis]) / size[axis];
+            }
+            if corners[index] < corners[first] {
+                first = index;
+            }
+        }
+        // from the least corner on: whatever was cut off before
+        for index in 0..polygon.n {
+            let index = if index + first < polygon.n { index + first } else { index + first - polygon.n };
+            self.corners.push(corners[index]);
+            self.sides.push((polygon.side[index] + 1).saturating_sub(FIRST_FACE));
+        }
+        self.found.push((row, Piece { start: start as u32, n: polygon.n as u8, ..piece }));
+    }
+
+    /// The pieces of a row, in the order of cells, then of ranks and positions.
+    pub(super) fn of_row(&self, row: usize) -> &[Piece] {
+        &self.sorted[self.firsts[row] as usize..self.firsts[row + 1] as usize]
+    }
+
+    /// The corners of a piece.
+    #[inline(always)]
+    pub(super) fn corners(&self, piece: &Piece) -> &[[f64; 3]] {
+        &self.corners[piece.start as usize..][..usize::from(piece.n)]
+    }
+
+    /// What the sides of a piece lie on: from each corner to the next. 0 for the inside of the cell, else 1 more than the number of a face: below and above along
+    /// x, then y, then z.
+    #[inline(always)]
+    pub(super) fn sides(&self, piece: &Piece) -> &[u8] {
+        &self.sides[piece.start as usize..][..usize::from(piece.n)]
+    }
+}
+
+/// Calls `each` with the cells of an axis that a polygon reaches, of some, and with what lies in each.
+#[inline(always)]
+fn slices(
+    polygon: &Polygon,
+    of: &Whole,
+    (grid, axis): (&Grid, usize),
+    cells: Range<i32>,
+    mut each: impl FnMut(i32, &Polygon),
+) {
+    let [low, high] = polygon.reach(axis).map(|place| grid.cell(axis, place));
+    if high < cells.start || low >= cells.end {
+        return;
+    }
+    if low == high {
+        return each(low, polygon);
+    }
+    let faces = &grid.faces[axis];
+    let (mut within, mut rest, mut next) = (Polygon::default(), Polygon::default(), Polygon::default());
+    let mut current = polygon;
+    if low < cells.start {
+        current.split(of, (axis, faces[cells.start as usize]), &mut within, &mut rest);
+        current = &rest;
+    }
+    let mut cell = low.max(cells.start);
+    while cell < high {
+        current.split(of, (axis, faces[cell as usize + 1]), &mut within, &mut next);
+        each(cell, &within);
+        cell += 1;
+        if cell >= cells.end {
+            return;
+        }
+        std::mem::swap(&mut rest, &mut next);
+        current = &rest;
+    }
+    each(cell, current);
+}
+
+/// Calls `each` with what of a polygon lies before a cell.
+fn before(polygon: &Polygon, of: &Whole, (grid, axis): (&Grid, usize), first: i32, each: impl FnOnce(&Polygon)) {
+    let [low, high] = polygon.reach(axis).map(|place| grid.cell(axis, place));
+    if low >= first {
+        return;
+    }
+    if high < first {
+        return each(polygon);
+    }
+    let (mut below, mut above) = (Polygon::default(), Polygon::default());
+    polygon.split(of, (axis, grid.faces[axis][first as usize]), &mut below, &mut above);
+    each(&below);
+}
