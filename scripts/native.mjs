@@ -4,10 +4,9 @@
 import { run } from './run.mjs';
 
 /** The crates that are published, as arguments of cargo. */
-export const LIBRARY = ['hexcast-core', 'hexcast-derived', 'hexcast-files', 'hexcast-gpu', 'hexcast'].flatMap((name) => [
-  '--package',
-  name,
-]);
+export const LIBRARY = ['hexcast-job', 'hexcast-core', 'hexcast-derived', 'hexcast-files', 'hexcast-gpu', 'hexcast'].flatMap(
+  (name) => ['--package', name],
+);
 /** With S3, which the tests of clusters need: so all tests run one command. */
 const CARGO_ARGS = [...LIBRARY, '--package', 'hexcast-c', '--features', 'hexcast/s3'];
 

@@ -93,7 +93,7 @@ def test_the_source_distribution_has_what_it_needs_and_nothing_else(tmp_path):
     assert {"PKG-INFO", "src/lib.rs", "python/src/lib.rs", "package/hexcast/__init__.py", "LICENSE-MIT", "LICENSE-APACHE"} <= names
     folders = {name.split("/")[0] for name in names if "/" in name}
     assert folders == {"src", "crates", "python", "package", "docs", "examples"}
-    assert {"crates/gpu/shaders/map.wgsl"} | {f"crates/{name}/src/lib.rs" for name in ["core", "derived", "files", "gpu"]} <= names
+    assert {"crates/gpu/shaders/map.wgsl"} | {f"crates/{name}/src/lib.rs" for name in ["job", "core", "derived", "files", "gpu"]} <= names
     # the schema that the command prints, the documentation of the root of the crate, and the programs that it lists
     assert {name for name in names if name.startswith("docs/")} == {"docs/job.schema.json", "docs/rust.md"}
     assert all(name.endswith(".rs") for name in names if name.startswith("examples/"))

@@ -28,7 +28,7 @@ mod tests {
 
 test('files of tests are told by their place', () => {
   const files = [
-    'crates/core/src/input/job/tests.rs',
+    'crates/job/src/input/job/tests.rs',
     'crates/files/src/export/tests/foam.rs',
     'crates/derived/src/links.rs',
     'crates/core/src/base/contests.rs',

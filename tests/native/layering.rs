@@ -12,14 +12,15 @@ mod checker;
 mod circles;
 mod paths_of_command;
 
-/// The groups of all crates and their modules, in the order of the line: each may use those before it. All before `derived` are the core;
-/// `derived`, `files` and `gpu` are crates of their own. `gpu`, `web` and `bin` are one module each; `bin` and `web` stand side by side.
+/// The groups of all crates and their modules, in the order of the line: each may use those before it. All before `derived` are the core, and
+/// the job below it; `derived`, `files` and `gpu` are crates of their own. `gpu`, `web` and `bin` are one module each; `bin` and `web` stand side
+/// by side.
 const GROUPS: &[(&str, &[&str])] = &[
     (
         "base",
         &["error", "finding", "parallel", "memory", "control", "sort", "network", "checksum", "zlib", "length", "set"],
     ),
-    ("input", &["geometry", "edges", "surface", "preview", "read", "job", "sources"]),
+    ("input", &["choices", "job", "geometry", "edges", "surface", "preview", "read", "sources"]),
     ("grid", &["domain", "lines", "totals", "frame", "closed", "volume_bound", "rays", "window"]),
     ("cells", &["columns", "flags", "volumes", "fingerprint"]),
     (
@@ -93,7 +94,7 @@ const UNKNOWN_TO_CORE: &[&str] = &[
     "clap",
 ];
 /// What a module of the core says all the same: fields of a job are the options of the command, where that is built.
-const KNOWN_TO: &[(&str, &str)] = &[("input::job", "clap"), ("input::geometry", "clap")];
+const KNOWN_TO: &[(&str, &str)] = &[("input::job", "clap"), ("input::choices", "clap")];
 /// A kernel whose host code called its definition would prove nothing: it uses the stages' types only.
 const UNKNOWN_TO_GPU: &[&str] = &[
     "crate::stages::cpu::columns",
@@ -131,6 +132,7 @@ impl Source {
 
 /// The folders of the crates, and what their files are below here.
 const CRATES: &[(&str, &str)] = &[
+    ("crates/job/src", ""),
     ("crates/core/src", ""),
     ("crates/derived/src", "derived"),
     ("crates/files/src", "files"),
@@ -150,7 +152,9 @@ fn sources_of(folder: &str, within: &str) -> Vec<Source> {
     let relative = |path: &PathBuf| path.strip_prefix(&root).expect("below src").to_string_lossy().replace('\\', "/");
     // what the core lists, the root passes on
     let is_left_out = |name: &str| {
-        name.ends_with("/tests.rs") || name.contains("/tests/") || name == "lib.rs" && folder == "crates/core/src"
+        name.ends_with("/tests.rs")
+            || name.contains("/tests/")
+            || name == "lib.rs" && ["crates/job/src", "crates/core/src"].contains(&folder)
     };
     let of_file = |name: String| {
         let text = std::fs::read_to_string(root.join(&name)).expect("source is readable");
@@ -165,7 +169,8 @@ fn sources_of(folder: &str, within: &str) -> Vec<Source> {
         };
         let own = if within.is_empty() { "crate::".into() } else { format!("crate::{within}::") };
         let text = text.replace("crate::", &own).replace("hexcast_core::set;", "crate::base::set::set;");
-        let text = text.replace("hexcast_core::", "crate::").replace("hexcast_derived::", "crate::derived::");
+        let text = text.replace("hexcast_job::", "crate::").replace("hexcast_core::", "crate::");
+        let text = text.replace("hexcast_derived::", "crate::derived::");
         let text = text.replace("hexcast_files::", "crate::files::").replace("hexcast_gpu::", "crate::gpu::");
         Source::new(&shown, &text)
     };

@@ -15,6 +15,8 @@ use syn::{Attribute, Fields, ImplItem, Item, Meta, TraitItem, Type, UsePath, Use
 type Modules = BTreeMap<Vec<String>, Vec<Item>>;
 
 /// What the modules of these crates begin with.
+/// The crates whose groups are those of one.
+const ROOTS: [&str; 3] = ["crate", "hexcast_job", "hexcast_core"];
 const DERIVED: &str = "derived";
 const FILES: &str = "files";
 const GPU: &str = "gpu";
@@ -162,13 +164,13 @@ impl Lister<'_> {
                 }
                 Item::Use(found) if is_public(&found.vis) && is_listed(&found.attrs) && !shown.is_empty() => {
                     // another crate's groups are those of the root
-                    let is_of_root = |path: &UsePath| ["crate", "hexcast_core"].iter().any(|root| path.ident == root);
+                    let is_of_root = |path: &UsePath| ROOTS.iter().any(|root| path.ident == root);
                     let from = match &found.tree {
                         UseTree::Path(path) if is_of_root(path) => &[][..],
                         _ => module,
                     };
                     let named = leaves(&found.tree).into_iter().map(|mut leaf| {
-                        leaf.retain(|part| part != "hexcast_core");
+                        leaf.retain(|part| !ROOTS.contains(&part.as_str()));
                         [from, &leaf].concat()
                     });
                     named.for_each(|path| self.name(shown, &path));
@@ -325,6 +327,7 @@ fn listed() -> String {
         let folder = root().join(folder);
         read(&folder.join("lib.rs"), &folder, module, &mut modules);
     };
+    read_crate("crates/job/src", &[]);
     read_crate("crates/core/src", &[]);
     read_crate("crates/derived/src", &[DERIVED.into()]);
     read_crate("crates/files/src", &[FILES.into()]);

@@ -248,7 +248,7 @@ test('Node with the package webgpu meshes on the GPU, the same bytes', () => {
 });
 
 test('the types name the error codes of the native library, no more and no fewer', () => {
-  const rust = readFileSync(path.join(ROOT, 'crates/core/src/base/error.rs'), 'utf8');
+  const rust = readFileSync(path.join(ROOT, 'crates/job/src/base/error.rs'), 'utf8');
   const types = readFileSync(path.join(ROOT, 'www/hexcast.d.ts'), 'utf8');
   const ofRust = [
     ...rust

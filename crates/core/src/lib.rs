@@ -10,7 +10,6 @@
 pub mod base {
     pub mod checksum;
     pub mod control;
-    pub mod error;
     pub mod finding;
     pub mod length;
     pub mod memory;
@@ -19,16 +18,17 @@ pub mod base {
     pub mod set;
     pub mod sort;
     pub mod zlib;
+    pub use hexcast_job::base::error;
 }
 #[doc(hidden)]
 pub mod input {
     pub mod edges;
     pub mod geometry;
-    pub mod job;
     pub mod preview;
     pub mod read;
     pub mod sources;
     pub mod surface;
+    pub use hexcast_job::input::job;
 }
 #[doc(hidden)]
 pub mod grid {

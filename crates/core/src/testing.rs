@@ -1,9 +1,9 @@
-//! What tests of several crates use: runs whose every cell is known, and schemas that are held to files.
-
-use serde_json::Value;
+//! What tests of several crates use: runs whose every cell is known.
 
 use crate::cells::columns::{Band, Columns, run};
 use crate::grid::rays::Rays;
+
+pub use hexcast_job::testing::{assert_schema_is_committed, in_plain_text};
 
 /// The runs of cells with these flags, one band for all rays.
 pub fn band_of(rays: &Rays, flag_of: impl Fn([u32; 3]) -> u8) -> Band {
@@ -37,29 +37,4 @@ pub fn pattern_columns(axis: usize, dims: [u32; 3], n_flags: u32) -> Columns {
 pub fn pattern_flag([x, y, z]: [u32; 3], n_flags: u32) -> u8 {
     let mixed = (x / 3 * 5 + y / 2 * 3 + z / 2 * 7) % 11;
     if mixed < 6 { 0 } else { (1 + mixed % n_flags) as u8 }
-}
-
-/// Makes plain text of links to Rust's documentation, in the descriptions of a schema.
-pub fn in_plain_text(schema: &mut Value) {
-    match schema {
-        Value::Object(of) => {
-            if let Some(Value::String(text)) = of.get_mut("description") {
-                *text = text.replace("[`", "`").replace("`]", "`").replace('\n', " ");
-            }
-            of.values_mut().for_each(in_plain_text);
-        }
-        Value::Array(list) => list.iter_mut().for_each(in_plain_text),
-        _ => {}
-    }
-}
-
-/// Holds a schema in `docs/` to that of the types, or writes it where that is asked for.
-pub fn assert_schema_is_committed(file: &str, schema: &Value, test: &str) {
-    let text = format!("{schema:#}\n");
-    if std::env::var_os("HEXCAST_BLESS").is_some() {
-        assert!(std::env::var_os("CI").is_none(), "the schema is written by people, who read the difference");
-        std::fs::write(file, &text).unwrap();
-    }
-    let committed = std::fs::read_to_string(file).unwrap_or_default();
-    assert_eq!(committed, text, "run HEXCAST_BLESS=1 cargo test --workspace --lib {test}, and read the difference");
 }

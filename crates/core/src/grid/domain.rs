@@ -109,6 +109,7 @@ fn padded([low, high]: BoundingBox, padding: Option<Padding>) -> BoundingBox {
 mod tests {
     use super::*;
     use crate::input::job::PerAxis;
+    use crate::set;
 
     const BOXES: [BoundingBox; 2] = [[[0.0, 0.0, 0.0], [4.0, 1.0, 1.0]], [[1.0, 0.0, -2.0], [9.0, 1.0, 0.5]]];
 
@@ -125,7 +126,7 @@ mod tests {
 
     #[test]
     fn padding_by_length_moves_the_ends() {
-        let job = Job { padding: Some(Padding::Length(PerAxis::Each([1.0, 0.5, 2.0]))), ..Job::default() };
+        let job = set!(Job { padding: Some(Padding::Length(PerAxis::Each([1.0, 0.5, 2.0]))), ..Job::default() });
         let domain = Domain::new(&job, &BOXES).unwrap();
         assert_eq!((domain.low, domain.high), ([-1.0, -0.5, -4.0], [10.0, 1.5, 3.0]));
         // along y both geometries have the same ends, each once
@@ -134,22 +135,22 @@ mod tests {
 
     #[test]
     fn padding_goes_around_a_given_box_too() {
-        let job = Job {
+        let job = set!(Job {
             domain: Some([2.0, 0.0, -1.0, 3.0, 1.0, 0.0]),
             padding: Some(Padding::Length(PerAxis::Each([1.5, 0.0, 0.25]))),
             ..Job::default()
-        };
+        });
         let domain = Domain::new(&job, &BOXES).unwrap();
         assert_eq!((domain.low, domain.high), ([0.5, 0.0, -1.25], [4.5, 1.0, 0.25]));
         assert_eq!(domain.end_points[0], [0.5, 1.0, 4.0, 4.5]);
         // cells are added by the lines
-        let job = Job { padding: Some(Padding::Cells(PerAxis::All(2))), ..job };
+        let job = set!(Job { padding: Some(Padding::Cells(PerAxis::All(2))), ..job });
         assert_eq!(Domain::new(&job, &BOXES).unwrap().low, [2.0, 0.0, -1.0]);
     }
 
     #[test]
     fn a_given_box_hides_the_ends_outside_it() {
-        let job = Job { domain: Some([0.5, 0.0, -3.0, 5.0, 1.0, 0.25]), ..Job::default() };
+        let job = set!(Job { domain: Some([0.5, 0.0, -3.0, 5.0, 1.0, 0.25]), ..Job::default() });
         let domain = Domain::new(&job, &BOXES).unwrap();
         assert_eq!(domain.end_points, [vec![0.5, 1.0, 4.0, 5.0], vec![0.0, 1.0], vec![-3.0, -2.0, 0.0, 0.25]]);
     }

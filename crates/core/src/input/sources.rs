@@ -13,10 +13,11 @@ use crate::base::error::{Error, Result};
 use crate::base::finding::{Finding, Remedy};
 use crate::base::length::Length;
 use crate::base::parallel::beside;
-use crate::input::geometry::{Facet, Fill, Geometry, SharedFacets, check_n_geometries};
+use crate::input::geometry::{Facet, Fill, Geometry, SharedFacets};
 use crate::input::job::{GeometryJob, Job};
 use crate::input::read::{Contents, Format, Reader, Solid};
 use crate::input::surface::doubled_area_vector;
+use hexcast_job::input::choices::check_n_geometries;
 
 /// Bytes that are read at a time.
 const CHUNK_BYTES: usize = 1 << 20;
@@ -257,6 +258,7 @@ fn stem(file: &str) -> String {
 mod tests {
     use super::*;
     use crate::input::read::read_bytes;
+    use crate::set;
 
     const TWO: &str = "solid lid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n\
                        solid\nfacet normal 0 0 1\nouter loop\nvertex 5 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n";
@@ -264,14 +266,14 @@ mod tests {
     fn made(entries: Vec<GeometryJob>) -> Result<Vec<Geometry>> {
         let source = |entry: &GeometryJob| Source::new(entry.file.clone(), read_bytes(TWO.as_bytes()).unwrap(), None);
         let sources = entries.iter().map(source).collect();
-        geometries(&Job { geometries: entries, ..Job::default() }, sources)
+        geometries(&set!(Job { geometries: entries, ..Job::default() }), sources)
     }
 
     #[test]
     fn solids_are_joined_picked_or_split() {
         let whole = GeometryJob::new("parts/case.stl");
-        let lid = GeometryJob { solid: Some("lid".into()), flag: Some(9), ..whole.clone() };
-        let split = GeometryJob { split: true, priority: 3, ..whole.clone() };
+        let lid = set!(GeometryJob { solid: Some("lid".into()), flag: Some(9), ..whole.clone() });
+        let split = set!(GeometryJob { split: true, priority: 3, ..whole.clone() });
         let made = made(vec![whole, lid, split]).unwrap();
         let facts: Vec<_> = made.iter().map(|g| (g.name.as_str(), g.flag, g.priority, g.facets.len())).collect();
         assert_eq!(facts, [("case", 1, 0, 2), ("case:lid", 9, 0, 1), ("lid", 3, 3, 1), ("case:2", 4, 3, 1)]);
@@ -327,7 +329,8 @@ mod tests {
         assert_eq!((source.contents.n_facets, source.contents.zero_area, source.contents.n_bytes), (3, 1, 108));
         assert_eq!(source.sha256, None);
         let made =
-            geometries(&Job { geometries: vec![GeometryJob::new("part")], ..Job::default() }, vec![source]).unwrap();
+            geometries(&set!(Job { geometries: vec![GeometryJob::new("part")], ..Job::default() }), vec![source])
+                .unwrap();
         assert_eq!((made[0].name.as_str(), &made[0].facets[1]), ("part", &facet(1.5)));
         assert_eq!(Source::from_facets("part", vec![]).unwrap_err().code(), "stl-empty");
         let error = Source::from_facets("part", vec![facet(0.0), facet(f32::NAN)]).unwrap_err();
@@ -336,9 +339,9 @@ mod tests {
 
     #[test]
     fn a_solid_that_is_not_there_and_flags_past_255_are_named() {
-        let missing = GeometryJob { solid: Some("box".into()), ..GeometryJob::new("a.stl") };
+        let missing = set!(GeometryJob { solid: Some("box".into()), ..GeometryJob::new("a.stl") });
         assert!(made(vec![missing]).unwrap_err().to_string().contains("\"box\"; it has: lid, "));
-        let high = GeometryJob { split: true, flag: Some(255), ..GeometryJob::new("a.stl") };
+        let high = set!(GeometryJob { split: true, flag: Some(255), ..GeometryJob::new("a.stl") });
         assert_eq!(made(vec![high]).unwrap_err().code(), "job-value");
     }
 }

@@ -64,23 +64,20 @@ impl Sheet {
         frame: &Frame,
         rays: &Rays,
     ) -> Sheet {
-        let cells = match fill {
-            Fill::Conservative => {
-                let with_rows = |facet: &SnappedFacet| {
-                    let rows = Touched::new(facet, frame, rays)?.cells[1].clone();
-                    Some((*rows.start() as u32..*rows.end() as u32 + 1, *facet))
-                };
-                let facets = facets.par_iter().filter_map(with_rows).collect();
-                Cells::Touched { facets, frame: Box::new(frame.with_facets(Vec::new())) }
-            }
-            Fill::Centre | Fill::Separating => {
-                let of_axis = |(axis, crossings): (usize, AxisCrossings)| {
-                    let bit = bit_of_axis(axis, rays);
-                    let is_within = |word: &u64| (1..=u64::from(frame.dims[axis])).contains(&(word >> bit & 0x3_ffff));
-                    crossings.words.into_iter().filter(is_within).map(|word| word - (1 << bit)).collect::<Words>()
-                };
-                Cells::Crossed(grouped(&crossings.into_iter().enumerate().map(of_axis).collect::<Vec<_>>()))
-            }
+        let cells = if fill == Fill::Conservative {
+            let with_rows = |facet: &SnappedFacet| {
+                let rows = Touched::new(facet, frame, rays)?.cells[1].clone();
+                Some((*rows.start() as u32..*rows.end() as u32 + 1, *facet))
+            };
+            let facets = facets.par_iter().filter_map(with_rows).collect();
+            Cells::Touched { facets, frame: Box::new(frame.with_facets(Vec::new())) }
+        } else {
+            let of_axis = |(axis, crossings): (usize, AxisCrossings)| {
+                let bit = bit_of_axis(axis, rays);
+                let is_within = |word: &u64| (1..=u64::from(frame.dims[axis])).contains(&(word >> bit & 0x3_ffff));
+                crossings.words.into_iter().filter(is_within).map(|word| word - (1 << bit)).collect::<Words>()
+            };
+            Cells::Crossed(grouped(&crossings.into_iter().enumerate().map(of_axis).collect::<Vec<_>>()))
         };
         Sheet { rays: *rays, cells }
     }

@@ -69,10 +69,10 @@ impl Columns {
 
 /// Which of `n` rows, of which the first is number `first`, a number stands for: None for background.
 fn source(number: u32, first: u32, n: u32, edge: HaloEdge) -> Option<u32> {
-    match edge {
-        HaloEdge::Background => number.checked_sub(first).filter(|row| *row < n),
-        HaloEdge::Clamp => Some(number.saturating_sub(first).min(n - 1)),
+    if edge == HaloEdge::Clamp {
+        return Some(number.saturating_sub(first).min(n - 1));
     }
+    number.checked_sub(first).filter(|row| *row < n)
 }
 
 #[cfg(test)]

@@ -4,8 +4,9 @@ use super::centres::Scale;
 use super::ranks::MAX_RANKS;
 use crate::base::error::{Error, Result};
 use crate::grid::lines::{AXES, Lines};
-use crate::input::geometry::{Geometry, check_n_geometries};
+use crate::input::geometry::Geometry;
 use crate::input::job::short_number;
+use hexcast_job::input::choices::check_n_geometries;
 
 /// Bits that span all snapped coordinates of an axis. 26 keeps the kernels' inner loop in one 32-bit word.
 pub const SPAN_BITS: u32 = 26;

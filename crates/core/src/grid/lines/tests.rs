@@ -1,13 +1,14 @@
 use super::*;
 use crate::base::finding::sentences;
 use crate::input::job::PerAxis;
+use crate::set;
 
 fn chosen(job: Job, low: [f64; 3], high: [f64; 3]) -> Lines {
     lines(&job, &Domain::new(&job, &[[low, high]]).unwrap()).unwrap()
 }
 
 fn cells(n: u32) -> Job {
-    Job { cells: Some(n), ..Job::default() }
+    set!(Job { cells: Some(n), ..Job::default() })
 }
 
 #[test]
@@ -30,39 +31,39 @@ fn rounding_never_adds_a_cell() {
 
 #[test]
 fn dims_give_exactly_that_grid() {
-    let job = Job { dims: Some([3, 7, 11]), domain: Some([-1.0, 0.0, 0.1, 2.0, 0.7, 0.2]), ..Job::default() };
+    let job = set!(Job { dims: Some([3, 7, 11]), domain: Some([-1.0, 0.0, 0.1, 2.0, 0.7, 0.2]), ..Job::default() });
     let lines = chosen(job, [0.0; 3], [1.0; 3]);
     assert_eq!((lines.dims(), lines.origin(), lines.smallest()[0]), ([3, 7, 11], [-1.0, 0.0, 0.1], 1.0));
     let of = |axis: usize, size: f64| (lines.smallest()[axis] / size - 1.0).abs() < 1e-12;
     assert!(of(1, 0.1) && of(2, 0.1 / 11.0), "{:?}", lines.smallest());
     // also where the size is rounded by more than a part of a cell that is called rounding
     for n in 4_000_000_000..4_000_000_050 {
-        let job = Job { dims: Some([n, 1, 1]), domain: Some([0.0, 0.0, 0.0, 0.7, 1.0, 1.0]), ..Job::default() };
+        let job = set!(Job { dims: Some([n, 1, 1]), domain: Some([0.0, 0.0, 0.0, 0.7, 1.0, 1.0]), ..Job::default() });
         assert_eq!(chosen(job, [0.0; 3], [1.0; 3]).dims(), [n, 1, 1]);
     }
 }
 
 #[test]
 fn padding_by_cells_keeps_the_lines() {
-    let job = Job { padding: Some(Padding::Cells(PerAxis::Each([1, 0, 2]))), ..cells(4) };
+    let job = set!(Job { padding: Some(Padding::Cells(PerAxis::Each([1, 0, 2]))), ..cells(4) });
     let lines = chosen(job.clone(), [0.0; 3], [2.0, 2.0, 1.0]);
     assert_eq!((lines.dims(), lines.origin()), ([6, 4, 6], [-0.5, 0.0, -1.0]));
     // also those of a given box
-    let job = Job { domain: Some([-1.0, 0.0, 0.0, 1.0, 1.0, 0.5]), ..job };
+    let job = set!(Job { domain: Some([-1.0, 0.0, 0.0, 1.0, 1.0, 0.5]), ..job });
     let lines = chosen(job, [0.0; 3], [2.0, 2.0, 1.0]);
     assert_eq!((lines.dims(), lines.origin()), ([6, 2, 5], [-1.5, 0.0, -1.0]));
 }
 
 #[test]
 fn cell_sizes_may_differ_and_overshoot() {
-    let job = Job { cell_size: Some(PerAxis::Each([1.0, 0.5, 0.3])), ..Job::default() };
+    let job = set!(Job { cell_size: Some(PerAxis::Each([1.0, 0.5, 0.3])), ..Job::default() });
     let lines = chosen(job, [0.0; 3], [2.5, 2.0, 1.0]);
     assert_eq!(lines.dims(), [3, 4, 4]);
 }
 
 #[test]
 fn the_optimum_meets_all_end_points_and_reports_the_rest() {
-    let job = Job { max_cell_size: Some(1.0), ..Job::default() };
+    let job = set!(Job { max_cell_size: Some(1.0), ..Job::default() });
     let boxes = [[[0.0, 0.0, 0.0], [6.0, 1.0, 10.04]], [[1.5, 0.0, 0.0], [4.5, 1.0, 1.0]]];
     let domain = Domain::new(&job, &boxes).unwrap();
     let lines = lines(&job, &domain).unwrap();
@@ -78,7 +79,7 @@ fn the_optimum_meets_all_end_points_and_reports_the_rest() {
 
 #[test]
 fn an_impossible_optimum_says_so() {
-    let job = Job { max_cell_size: Some(0.9), tolerance: Some(0.0001), ..Job::default() };
+    let job = set!(Job { max_cell_size: Some(0.9), tolerance: Some(0.0001), ..Job::default() });
     let boxes = [[[0.0; 3], [2.5, 1.0, 1.0]], [[0.0; 3], [std::f64::consts::SQRT_2, 1.0, 1.0]]];
     let error = lines(&job, &Domain::new(&job, &boxes).unwrap()).unwrap_err();
     assert_eq!(error.code(), "lines-no-common-size");
@@ -88,7 +89,7 @@ fn an_impossible_optimum_says_so() {
 
 #[test]
 fn the_rounding_of_a_file_adds_no_layer() {
-    let size = |size| Job { cell_size: Some(PerAxis::All(size)), ..Job::default() };
+    let size = |size| set!(Job { cell_size: Some(PerAxis::All(size)), ..Job::default() });
     let [low, high] = [0.1f32, 1.1f32].map(f64::from);
     assert_eq!(chosen(size(0.1), [low; 3], [high; 3]).dims(), [10; 3]);
     // sides of 400 and 200 whose f32 corners leave a little more than 400 and 200
@@ -99,14 +100,14 @@ fn the_rounding_of_a_file_adds_no_layer() {
     }
     // a real excess does add one
     assert_eq!(chosen(size(1.0), [0.0; 3], [10.001; 3]).dims(), [11; 3]);
-    let given = Job { domain: Some([0.0, 0.0, 0.0, 10.0 + 1e-7, 10.0, 10.0]), ..size(1.0) };
+    let given = set!(Job { domain: Some([0.0, 0.0, 0.0, 10.0 + 1e-7, 10.0, 10.0]), ..size(1.0) });
     assert_eq!(chosen(given, [0.0; 3], [10.0; 3]).dims(), [11, 10, 10]);
 }
 
 #[test]
 fn the_optimum_of_a_cube_divides_it() {
     for scale in [1e-6, 1e-3, 1.0, 1e3] {
-        let job = Job { max_cell_size: Some(0.3 * scale), ..Job::default() };
+        let job = set!(Job { max_cell_size: Some(0.3 * scale), ..Job::default() });
         let lines = chosen(job, [0.0; 3], [scale; 3]);
         assert_eq!((lines.dims(), lines.smallest()), ([4; 3], [scale / 4.0; 3]));
     }
@@ -123,8 +124,11 @@ fn places_are_said_to_a_thousandth_of_a_cell() {
 fn lists_of_a_job_are_its_lines() {
     let lists = [vec![0.0, 1.0, 3.0], vec![-1.0, 0.0], vec![2.0, 2.5, 4.0, 7.0]];
     let [x, y, z] = lists.clone();
-    let lines =
-        chosen(Job { lines: Some(crate::input::job::LinesJob { x, y, z }), ..Job::default() }, [0.0; 3], [1.0; 3]);
+    let lines = chosen(
+        set!(Job { lines: Some(crate::input::job::LinesJob { x, y, z }), ..Job::default() }),
+        [0.0; 3],
+        [1.0; 3],
+    );
     assert_eq!((lines.dims(), [0, 1, 2].map(|axis| lines.list(axis))), ([2, 1, 3], lists));
 }
 
@@ -155,7 +159,7 @@ fn cells_of_less_than_half_the_largest_size_are_explained() {
     for (end, tolerance, cause) in
         [(3.1, 0.05, "the thinnest geometry is 0.1"), (10.0, 0.01, "no larger size puts all")]
     {
-        let job = Job { max_cell_size: Some(1.0), tolerance: Some(tolerance), ..Job::default() };
+        let job = set!(Job { max_cell_size: Some(1.0), tolerance: Some(tolerance), ..Job::default() });
         let start = if end == 10.0 { 3.37 } else { 3.0 };
         let boxes = [[[0.0; 3], [10.0; 3]], [[start, 0.0, 0.0], [end, 10.0, 10.0]]];
         let domain = Domain::new(&job, &boxes).unwrap();
@@ -168,7 +172,7 @@ fn cells_of_less_than_half_the_largest_size_are_explained() {
         assert!(found[0].contains(&numbers) && found[0].contains(" along x"), "{}", found[0]);
         assert!(found[0].contains(&format!("most {off:.1e} cells off")), "{off:e}: {}", found[0]);
     }
-    let job = Job { max_cell_size: Some(1.0), ..Job::default() };
+    let job = set!(Job { max_cell_size: Some(1.0), ..Job::default() });
     let domain = Domain::new(&job, &[[[0.0; 3], [1.0, 2.0, 0.25]]]).unwrap();
     // one cell of a quarter along z is as few as can be
     assert_eq!(about_fine_cells(&job, &domain, &lines(&job, &domain).unwrap()), vec![]);
@@ -181,7 +185,7 @@ fn cells_of_less_than_half_the_largest_size_are_explained() {
         (1.0, 0.01, [0.25, 0.75], 0.25, Some("which makes 40 of them: no larger size puts all 4 end points on lines")),
         (1.0, 0.01, [0.25, 0.75], 0.25, Some(more)),
     ] {
-        let job = Job { max_cell_size: Some(s_max), tolerance: Some(tolerance), ..Job::default() };
+        let job = set!(Job { max_cell_size: Some(s_max), tolerance: Some(tolerance), ..Job::default() });
         let boxes = [[[0.0; 3], [10.0; 3]], [[ends[0], 0.0, 0.0], [ends[1], 10.0, 10.0]]];
         let domain = Domain::new(&job, &boxes).unwrap();
         let lines = lines(&job, &domain).unwrap();
@@ -199,7 +203,7 @@ fn cells_of_less_than_half_the_largest_size_are_explained() {
 #[test]
 fn the_cells_of_a_box_are_limited_where_a_job_says_so() {
     let lines = Lines::new([0.0; 3], [1.0; 3], [3, 4, 5]).unwrap();
-    let checked = |max_cells| check_n_cells(&Job { max_cells, ..Job::default() }, &lines);
+    let checked = |max_cells| check_n_cells(&set!(Job { max_cells, ..Job::default() }), &lines);
     assert_eq!([checked(None), checked(Some(60)), checked(Some(61))], [Ok(()), Ok(()), Ok(())]);
     let error = checked(Some(59)).unwrap_err();
     assert_eq!(
@@ -211,15 +215,18 @@ fn the_cells_of_a_box_are_limited_where_a_job_says_so() {
 #[test]
 fn too_many_cells_along_an_axis_are_counted() {
     let wrong = |size: f64| {
-        let job = Job { cell_size: Some(PerAxis::Each([1.0, size, 1.0])), ..Job::default() };
+        let job = set!(Job { cell_size: Some(PerAxis::Each([1.0, size, 1.0])), ..Job::default() });
         lines(&job, &Domain::new(&job, &[[[0.0; 3], [1.0; 3]]]).unwrap()).unwrap_err()
     };
     assert_eq!(wrong(1e-10).to_string(), "10000000000 cells of size 1e-10 along y");
     assert_eq!(wrong(1e-15).to_string(), "1000000000000000 cells of size 1e-15 along y");
     // the most that a u32 counts
     let of = |n: f64| {
-        let job =
-            Job { domain: Some([0.0, 0.0, 0.0, 1.0, n, 1.0]), cell_size: Some(PerAxis::All(1.0)), ..Job::default() };
+        let job = set!(Job {
+            domain: Some([0.0, 0.0, 0.0, 1.0, n, 1.0]),
+            cell_size: Some(PerAxis::All(1.0)),
+            ..Job::default()
+        });
         lines(&job, &Domain::new(&job, &[]).unwrap()).map(|lines| lines.dims()[1]).map_err(|error| error.code())
     };
     assert_eq!([of(4_294_967_295.0), of(4_294_967_296.0)], [Ok(u32::MAX), Err("too-many-cells")]);

@@ -8,9 +8,9 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::measures::Measures;
-use super::placing::Placing;
 use crate::base::error::{Error, Result};
 use crate::base::parallel::*;
+use hexcast_job::input::choices::placing::Placing;
 
 /// One triangular facet: three corners of three coordinates, in the order of the file.
 pub type Facet = [[f32; 3]; 3];

@@ -4,10 +4,10 @@
 
 use glam::DVec3;
 
-use super::placing::Placing;
 use crate::base::control::{Control, Paced};
 use crate::base::error::Result;
 use crate::base::parallel::*;
+use hexcast_job::input::choices::placing::Placing;
 
 /// Facets between two rests: some tens of milliseconds.
 const FACETS_AT_ONCE: usize = 1 << 19;

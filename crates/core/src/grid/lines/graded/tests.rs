@@ -4,6 +4,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::input::job::{GeometryJob, Job};
+use crate::set;
 
 mod axis;
 
@@ -25,27 +26,26 @@ fn bounds() -> impl Strategy<Value = BoundingBox> {
 
 fn sizing() -> impl Strategy<Value = Sizing> {
     let max_size = prop::option::of(0.05..3.0f64);
-    (max_size, prop::option::of(1u32..9), any::<bool>()).prop_map(|(max_size, min_cells, metal)| Sizing {
-        max_size,
-        min_cells,
-        metal,
-    })
+    (max_size, prop::option::of(1u32..9), any::<bool>())
+        .prop_map(|(max_size, min_cells, metal)| set!(Sizing { max_size, min_cells, metal, ..Sizing::default() }))
 }
 
 fn scenes() -> impl Strategy<Value = Scene> {
     let job = (0.3..5.0f64, prop::option::of(0.001..0.02f64), prop::option::of(1.1..2.0f64), 0u32..9);
-    let job = job.prop_map(|(size, min_size, growth, layers)| GradedJob {
-        max_size: PerAxis::All(size),
-        min_size,
-        growth,
-        absorbing: Some(PerAxis::All(layers)),
+    let job = job.prop_map(|(size, min_size, growth, layers)| {
+        set!(GradedJob {
+            min_size,
+            growth,
+            absorbing: Some(PerAxis::All(layers)),
+            ..GradedJob::new(PerAxis::All(size))
+        })
     });
     (job, prop::collection::vec((bounds(), sizing()), 1..6)).prop_map(|(job, bodies)| Scene { job, bodies })
 }
 
 fn made(scene: &Scene) -> (Domain, Result<(Lines, Vec<Finding>)>) {
     let boxes: Vec<BoundingBox> = scene.bodies.iter().map(|body| body.0).collect();
-    let job = Job { geometries: vec![GeometryJob::new("a.stl")], ..Job::default() };
+    let job = set!(Job { geometries: vec![GeometryJob::new("a.stl")], ..Job::default() });
     let domain = Domain::new(&job, &boxes).unwrap();
     let names: Vec<String> = (0..boxes.len()).map(|index| format!("body {index}")).collect();
     let bodies: Vec<Body> =
@@ -156,7 +156,7 @@ fn lines_keep_every_promise_for_random_boxes() {
 #[test]
 fn the_checker_finds_what_is_wrong() {
     let body = |low: f64, high: f64| ([[low; 3], [high; 3]], Sizing::default());
-    let job = GradedJob { max_size: PerAxis::All(1.0), min_size: None, growth: None, absorbing: Some(PerAxis::All(0)) };
+    let job = set!(GradedJob { absorbing: Some(PerAxis::All(0)), ..GradedJob::new(PerAxis::All(1.0)) });
     let scene = Scene { job, bodies: vec![body(0.0, 4.0), body(1.0, 2.0)] };
     let (domain, ..) = made(&scene);
     let wrong = |list: &[f64]| check(&scene, &domain, list, 0, &[]).unwrap_err();
@@ -169,9 +169,9 @@ fn the_checker_finds_what_is_wrong() {
 
 #[test]
 fn a_thin_sheet_gets_its_cells_and_the_rest_grows() {
-    let sheet = ([[0.0, 0.0, 5.0], [20.0, 20.0, 5.1]], Sizing { min_cells: Some(4), ..Sizing::default() });
+    let sheet = ([[0.0, 0.0, 5.0], [20.0, 20.0, 5.1]], set!(Sizing { min_cells: Some(4), ..Sizing::default() }));
     let air = ([[0.0; 3], [20.0, 20.0, 20.0]], Sizing::default());
-    let job = GradedJob { max_size: PerAxis::All(2.0), min_size: None, growth: Some(1.3), absorbing: None };
+    let job = set!(GradedJob { growth: Some(1.3), ..GradedJob::new(PerAxis::All(2.0)) });
     let (_, found) = made(&Scene { job, bodies: vec![air, sheet] });
     let (lines, findings) = found.unwrap();
     assert!(findings.is_empty() && lines.is_graded());
@@ -184,8 +184,8 @@ fn a_thin_sheet_gets_its_cells_and_the_rest_grows() {
 
 #[test]
 fn ends_that_nearly_meet_share_a_line_and_both_are_named() {
-    let job = GradedJob { max_size: PerAxis::All(1.0), min_size: Some(0.1), growth: None, absorbing: None };
-    let three = Sizing { min_cells: Some(3), ..Sizing::default() };
+    let job = set!(GradedJob { min_size: Some(0.1), ..GradedJob::new(PerAxis::All(1.0)) });
+    let three = set!(Sizing { min_cells: Some(3), ..Sizing::default() });
     let bodies = vec![([[0.0; 3], [4.0; 3]], Sizing::default()), ([[1.0; 3], [3.96, 3.0, 3.0]], three)];
     let (_, found) = made(&Scene { job, bodies });
     let (lines, findings) = found.unwrap();
@@ -202,9 +202,9 @@ fn ends_that_nearly_meet_share_a_line_and_both_are_named() {
 
 #[test]
 fn edges_of_metal_lie_a_third_inside() {
-    let metal = ([[8.0, 8.0, 1.0], [12.0, 14.0, 1.1]], Sizing { metal: true, ..Sizing::default() });
+    let metal = ([[8.0, 8.0, 1.0], [12.0, 14.0, 1.1]], set!(Sizing { metal: true, ..Sizing::default() }));
     let board = ([[0.0; 3], [20.0, 22.0, 1.0]], Sizing::default());
-    let job = GradedJob { max_size: PerAxis::All(1.0), min_size: Some(0.01), growth: None, absorbing: None };
+    let job = set!(GradedJob { min_size: Some(0.01), ..GradedJob::new(PerAxis::All(1.0)) });
     let (_, found) = made(&Scene { job, bodies: vec![board, metal] });
     let (lines, findings) = found.unwrap();
     assert!(findings.is_empty(), "{findings:?}");
@@ -223,7 +223,7 @@ fn edges_of_metal_lie_a_third_inside() {
 #[test]
 fn sizes_that_cannot_be_are_refused_with_the_place() {
     let body = |low: f64, high: f64| ([[low, 0.0, 0.0], [high, 4.0, 4.0]], Sizing::default());
-    let job = GradedJob { max_size: PerAxis::All(2.0), min_size: Some(1.0), growth: Some(1.2), absorbing: None };
+    let job = set!(GradedJob { min_size: Some(1.0), growth: Some(1.2), ..GradedJob::new(PerAxis::All(2.0)) });
     let (_, found) = made(&Scene { job, bodies: vec![body(0.0, 1.0), body(1.0, 2.5), body(2.5, 3.5)] });
     let error = found.unwrap_err();
     assert_eq!(error.code(), "lines-no-sizes");
@@ -234,7 +234,7 @@ fn sizes_that_cannot_be_are_refused_with_the_place() {
 #[test]
 fn sizes_hold_where_ends_have_no_line_of_their_own() {
     let found = |most: f64, least: f64, ends: &[[f64; 2]], sizing: Sizing| {
-        let job = GradedJob { max_size: PerAxis::All(most), min_size: Some(least), growth: None, absorbing: None };
+        let job = set!(GradedJob { min_size: Some(least), ..GradedJob::new(PerAxis::All(most)) });
         let air = ([[0.0; 3], [20.0; 3]], Sizing::default());
         let of = |(index, &[low, high]): (usize, &[f64; 2])| {
             let sizing = if index == 0 { sizing } else { Sizing::default() };
@@ -247,13 +247,13 @@ fn sizes_hold_where_ends_have_no_line_of_their_own() {
         let cells = list.windows(2).filter(|two| two[0] < high && two[1] > low);
         cells.map(|two| two[1] - two[0]).fold(0.0, f64::max)
     };
-    let size = Sizing { max_size: Some(2.62), ..Sizing::default() };
+    let size = set!(Sizing { max_size: Some(2.62), ..Sizing::default() });
     // both ends on one line; one on that of another geometry; both within the cell before the end of the domain
     for ends in [&[[6.0, 7.0]][..], &[[6.0, 9.0], [2.0, 8.5]], &[[18.6, 19.5]]] {
         let list = found(6.63, 1.5166, ends, size).unwrap();
         assert!(largest(&list, ends[0]) <= 2.62 * (1.0 + 1e-9), "{ends:?}: {list:?}");
     }
-    let cells = Sizing { min_cells: Some(3), ..Sizing::default() };
+    let cells = set!(Sizing { min_cells: Some(3), ..Sizing::default() });
     let list = found(6.0, 0.5, &[[6.0, 9.0], [2.0, 8.7]], cells).unwrap();
     let n_lines = list.iter().filter(|line| (6.0..=9.0).contains(*line)).count();
     assert!(n_lines > 3 && largest(&list, [6.0, 9.0]) <= 1.0 + 1e-9, "{list:?}");
@@ -268,8 +268,8 @@ fn sizes_hold_where_ends_have_no_line_of_their_own() {
 #[test]
 fn cells_that_would_be_too_small_at_a_line_are_made_alike() {
     // 3 cells of 1.528 fit where sizes that grow from 1.6 would begin below the smallest
-    let job = GradedJob { max_size: PerAxis::All(6.0), min_size: Some(1.5166), growth: None, absorbing: None };
-    let size = Sizing { max_size: Some(1.6), ..Sizing::default() };
+    let job = set!(GradedJob { min_size: Some(1.5166), ..GradedJob::new(PerAxis::All(6.0)) });
+    let size = set!(Sizing { max_size: Some(1.6), ..Sizing::default() });
     let bodies = vec![([[0.0; 3], [4.585; 3]], Sizing::default()), ([[0.0; 3], [1.0, 4.0, 4.0]], size)];
     let (lines, _) = made(&Scene { job, bodies }).1.unwrap();
     assert_eq!(lines.dims()[0], 3);

@@ -1,6 +1,8 @@
 use proptest::prelude::*;
 
 use super::*;
+use crate::input::job::Job;
+use crate::set;
 
 fn optimum(distances: &[f64], s_max: f64, tolerance: f64) -> Option<f64> {
     let intervals = Intervals { distances: distances.to_vec(), thinnest: f64::INFINITY };
@@ -37,8 +39,7 @@ fn ends_and_geometries_nearer_than_the_rounding_of_files_do_not_count() {
     // coordinates up to 8 are rounded by a millionth
     let r = 1.0 / f64::from(1 << 20);
     let near = 1.0 + 1e-3;
-    let job =
-        crate::input::job::Job { domain: Some([0.0, 0.0, 0.0, 8.0, 8.0, 8.0]), ..crate::input::job::Job::default() };
+    let job = set!(Job { domain: Some([0.0, 0.0, 0.0, 8.0, 8.0, 8.0]), ..Job::default() });
     let all = f64::INFINITY;
     // ends of a body -> distances between the ends of the domain, and the thinnest geometry in it
     for (ends, distances, thinnest) in [
@@ -105,7 +106,7 @@ fn nothing_in_common_is_nothing() {
 fn rounding_of_the_files_makes_no_intervals() {
     let tenth = f64::from(0.1f32);
     let boxes = [[[0.1; 3], [10.1; 3]], [[tenth; 3], [5.1, 5.1, f64::from(10.1f32)]]];
-    let domain = Domain::new(&crate::input::job::Job::default(), &boxes).unwrap();
+    let domain = Domain::new(&Job::default(), &boxes).unwrap();
     assert_eq!(Intervals::new(&domain, 0).distances.len(), 2);
     assert_eq!(Intervals::new(&domain, 2).distances.len(), 1);
     assert!((Intervals::new(&domain, 0).thinnest - 5.0).abs() < 1e-6);

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::base::finding::sentences;
+use crate::set;
 
 /// A job, a box and bodies in it.
 struct Case {
@@ -17,15 +18,15 @@ type EdgesCase = (f64, &'static [AlongX], &'static [(f64, f64, f64)], &'static s
 
 /// Bodies in a box that ends at `last`, with the largest and the smallest size and the growth of a job.
 fn along_x(last: f64, [most, least, growth]: [f64; 3], bodies: &[AlongX]) -> Case {
-    let job = GradedJob { max_size: PerAxis::All(most), min_size: Some(least), growth: Some(growth), absorbing: None };
+    let job = set!(GradedJob { min_size: Some(least), growth: Some(growth), ..GradedJob::new(PerAxis::All(most)) });
     let bodies: Vec<(BoundingBox, Sizing)> = bodies
         .iter()
         .map(|&([low, high], size, metal)| {
-            let sizing = Sizing { max_size: (size > 0.0).then_some(size), metal, ..Sizing::default() };
+            let sizing = set!(Sizing { max_size: (size > 0.0).then_some(size), metal, ..Sizing::default() });
             ([[low, 0.0, 0.0], [high, 4.0, 4.0]], sizing)
         })
         .collect();
-    let job_of_domain = Job { domain: Some([0.0, 0.0, 0.0, last, 4.0, 4.0]), ..Job::default() };
+    let job_of_domain = set!(Job { domain: Some([0.0, 0.0, 0.0, last, 4.0, 4.0]), ..Job::default() });
     let domain = Domain::new(&job_of_domain, &[]).unwrap();
     Case { job, domain, bodies }
 }
@@ -148,7 +149,7 @@ fn lines_lie_beside_edges_of_metal_unless_it_is_thin_there() {
         let bounds = [low, [0, 1, 2].map(|axis| low[axis] + extents[axis])];
         for metal in [true, false] {
             let mut case = along_x(40.0, [1.0, 0.1, 1.3], &[]);
-            case.bodies = vec![(bounds, Sizing { metal, ..Sizing::default() })];
+            case.bodies = vec![(bounds, set!(Sizing { metal, ..Sizing::default() }))];
             let found = [0, 1, 2].map(|axis| case.with_axis(axis, |axis| axis.has_thirds(0)));
             assert_eq!(found, expected.map(|is| is && metal), "{extents:?}");
         }

@@ -26,7 +26,8 @@ impl Placing {
     }
 
     /// As [`Placing::new`], with numbers that were checked.
-    pub(crate) fn of_numbers(scale: [f64; 3], rotate_degrees: [f64; 3], translate: [f64; 3]) -> Placing {
+    #[doc(hidden)]
+    pub fn of_numbers(scale: [f64; 3], rotate_degrees: [f64; 3], translate: [f64; 3]) -> Placing {
         let [x, y, z] = rotate_degrees.map(sine_cosine_of_degrees);
         let about_x = DMat3::from_cols_array_2d(&[[1.0, 0.0, 0.0], [0.0, x.1, x.0], [0.0, -x.0, x.1]]);
         let about_y = DMat3::from_cols_array_2d(&[[y.1, 0.0, -y.0], [0.0, 1.0, 0.0], [y.0, 0.0, y.1]]);
@@ -36,12 +37,14 @@ impl Placing {
     }
 
     /// Places a point; where nothing is moved, the same numbers.
+    #[inline]
     pub fn place(&self, point: [f64; 3]) -> [f64; 3] {
         if *self == Placing::default() { point } else { self.0.transform_point3(point.into()).to_array() }
     }
 
     /// Returns the function from a corner to its world coordinates. The identity returns the file's number exactly.
     #[doc(hidden)]
+    #[inline]
     pub fn of_corners(self) -> impl Fn([f32; 3]) -> [f64; 3] + Sync {
         let stays = self == Placing::default();
         move |corner: [f32; 3]| {

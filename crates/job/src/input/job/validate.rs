@@ -3,7 +3,7 @@
 use super::quoted::short_number;
 use super::{Fill, Job, Padding, PerAxis};
 use crate::base::error::{Error, Result};
-use crate::input::geometry::check_n_geometries;
+use crate::input::choices::check_n_geometries;
 
 /// Most cells of a halo.
 const MAX_HALO: u32 = 65_535;
@@ -13,7 +13,7 @@ impl Job {
     ///
     /// # Errors
     /// - `job-empty`: no geometry.
-    /// - `too-many-geometries`: more than [`crate::input::geometry::MAX_GEOMETRIES`].
+    /// - `too-many-geometries`: more than [`crate::input::choices::MAX_GEOMETRIES`].
     /// - `job-value`: a value out of range.
     /// - `job-conflict`: more than one way to choose the cells.
     pub fn validate(&self) -> Result<()> {

@@ -5,7 +5,7 @@ use super::quoted::short_number;
 use super::validate::out_of_range;
 use super::{Job, Padding, PerAxis};
 use crate::base::error::{Error, Result};
-use crate::input::geometry::Sizing;
+use crate::input::choices::Sizing;
 
 /// Most cells of an absorbing layer.
 const MAX_ABSORBING: u32 = 1024;

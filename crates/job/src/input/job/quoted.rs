@@ -46,7 +46,7 @@ pub(super) fn in_lines(text: &str) -> String {
 }
 
 /// A number, in few characters also where it is very large or small.
-pub(crate) fn short_number(number: f64) -> String {
+pub fn short_number(number: f64) -> String {
     let is_plain = number == 0.0 || (1e-5..1e16).contains(&number.abs());
     if is_plain { format!("{number}") } else { format!("{number:?}") }
 }

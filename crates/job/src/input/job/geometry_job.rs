@@ -9,7 +9,8 @@ use super::quoted::on_one_line;
 use super::settings::{for_each, joined, name_and_settings, number, yes_or_no};
 use super::{Fill, Material, Open, PerAxis, numbers};
 use crate::base::error::{Error, Result};
-use crate::input::geometry::{Placing, Sizing};
+use crate::input::choices::Sizing;
+use crate::input::choices::placing::Placing;
 
 /// A file, the name and flag of its cells, and its transform.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -87,12 +88,14 @@ impl GeometryJob {
     }
 
     /// How lines are generated around it.
-    pub(crate) fn sizing(&self) -> Sizing {
+    #[doc(hidden)]
+    pub fn sizing(&self) -> Sizing {
         Sizing { max_size: self.max_size, min_cells: self.min_cells, metal: self.metal }
     }
 
     /// Places file coordinates in the world.
-    pub(crate) fn world_from_file(&self) -> Placing {
+    #[doc(hidden)]
+    pub fn world_from_file(&self) -> Placing {
         let scale = self.scale.map_or([1.0; 3], PerAxis::each);
         let (rotate, mut translate) = (self.rotate.unwrap_or_default(), self.translate.unwrap_or_default());
         if let Some(about) = self.about {

@@ -1,7 +1,7 @@
 //! The job: what a caller asks for, as plain data, from a TOML or JSON file, the command line or JavaScript.
 //!
 //! ```
-//! # use hexcast_core as hexcast;
+//! # use hexcast_job as hexcast;
 //! let job = hexcast::job::Job::from_toml(r#"
 //!     unit = "mm"
 //!     cells = 256                      # or dims, cell_size, max_cell_size
@@ -23,7 +23,8 @@ use std::marker::PhantomData;
 use serde::{Deserialize, Serialize};
 
 use crate::base::error::Result;
-pub use crate::input::geometry::{Fill, Material, Open};
+pub use crate::input::choices::material::Material;
+pub use crate::input::choices::{Fill, Open};
 
 #[cfg(feature = "cli")]
 #[doc(hidden)]
@@ -63,7 +64,8 @@ pub use one_or_many::Several;
 pub use part_job::{PartJob, numbers_of_parts};
 #[cfg(not(target_arch = "wasm32"))]
 pub use picture_job::{PlaceJob, SliceJob, ViewJob};
-pub(crate) use quoted::short_number;
+#[doc(hidden)]
+pub use quoted::short_number;
 use text::{check_json, json_value, of_json, of_json_text, of_toml, toml_table};
 
 /// Cells along the longest axis where the job does not say.

@@ -60,7 +60,8 @@ impl Material {
     }
 
     /// The first value out of its range: its key, the value, and what is allowed.
-    pub(crate) fn out_of_range(&self) -> Option<(&'static str, f64, &'static str)> {
+    #[doc(hidden)]
+    pub fn out_of_range(&self) -> Option<(&'static str, f64, &'static str)> {
         let positive = |value: f64| value > 0.0;
         let checks: [(_, _, &dyn Fn(f64) -> bool, _); 6] = [
             ("eps_r", self.eps_r, &positive, "a positive number"),

@@ -70,7 +70,8 @@ impl GradedJob {
     }
 
     /// The smallest size on an axis.
-    pub(crate) fn smallest(&self, axis: usize) -> f64 {
+    #[doc(hidden)]
+    pub fn smallest(&self, axis: usize) -> f64 {
         self.min_size.unwrap_or(self.max_size.each()[axis] * DEFAULT_SMALLEST)
     }
 }
