@@ -4,10 +4,16 @@ import assert from 'node:assert/strict';
 
 import { cellsAreDrawn, hasGeometries, isIdle, test } from './visit.mjs';
 
-/** Before the page's scripts: keeps how long the longest task of the page's own thread was, in milliseconds. */
+/** Before the page's scripts: keeps how long the longest task of the page's own thread was, in milliseconds, and counts what could draw on it in 3-D. */
 function watchTasks() {
   delete window.showSaveFilePicker;
   window.longest = 0;
+  window.contexts = 0;
+  const { getContext } = HTMLCanvasElement.prototype;
+  HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
+    if (kind !== '2d') window.contexts += 1;
+    return getContext.call(this, kind, ...more);
+  };
   new PerformanceObserver((list) => {
     for (const { duration } of list.getEntries()) window.longest = Math.max(window.longest, duration);
   }).observe({ type: 'longtask' });
@@ -58,7 +64,7 @@ test('while the same job is meshed again nothing is drawn in 3-D; the new mesh i
   assert.equal(await page.locator('#messages .message').count(), 0);
 });
 
-test('while a mesh of 1024 cells is made, drawn and turned no task of the page takes long', async ({ visit }) => {
+test('while a mesh of 1024 cells is made, drawn and turned, nothing is drawn on the thread of the page', async ({ visit }) => {
   const page = await visit('#cells=1024&sample=gear&backend=cpu', { prepare: watchTasks });
   await hasGeometries(page, 1);
   await page.evaluate(() => {
@@ -71,8 +77,8 @@ test('while a mesh of 1024 cells is made, drawn and turned no task of the page t
   await page.mouse.down();
   for (let step = 1; step <= 40; step += 1) await page.mouse.move(x + width / 2 + 4 * step, y + height / 2 + step);
   await page.mouse.up();
-  const longest = await page.evaluate(() => window.longest);
+  const { longest, contexts } = await page.evaluate(() => ({ longest: window.longest, contexts: window.contexts }));
+  // for whoever reads it: a time depends on the machine. Drawn by three.js on this thread it was some seconds
   console.log(`the longest task took ${longest} ms`);
-  // by three.js it took some seconds on this driver
-  assert.ok(longest < 250, `${longest} ms`);
+  assert.equal(contexts, 0);
 });

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use hexcast::fractions::{CutSurface, Fraction};
 use hexcast::geometry::{Facet, Geometry};
-use hexcast::job::FractionsJob;
+use hexcast::job::{FractionsJob, FractionsMethod};
 use hexcast::lines::Lines;
 
 use super::fractions::{Point, bodies, exact, grids, measured_as as measured, minus, triple};
@@ -33,8 +33,10 @@ fn faces_are_as_near_to_those_of_clipped_tetrahedra_as_is_said() {
         let geometry = Geometry::new(name, 7, facets.clone()).unwrap();
         for lines in grids() {
             let mut known: BTreeMap<(u64, usize), f64> = BTreeMap::new();
-            for rays in [2, 8] {
-                let job = set!(FractionsJob { rays, faces: true, ..FractionsJob::default() });
+            // without rays they are exact: the oracle has a thin box for a face, and corners that are not snapped
+            for (rays, most) in [(2, 0.5), (8, 0.125), (0, 1e-3)] {
+                let method = if rays > 0 { FractionsMethod::Rays } else { FractionsMethod::Exact };
+                let job = set!(FractionsJob { method, rays, faces: true, ..FractionsJob::default() });
                 let found = measured(std::slice::from_ref(&geometry), &lines, job);
                 let entries: Vec<(Fraction, [f32; 6])> = found.iter().copied().zip(found.faces().copied()).collect();
                 assert_eq!((entries.len(), found.faces().count()), (found.len(), found.len()));
@@ -45,15 +47,12 @@ fn faces_are_as_near_to_those_of_clipped_tetrahedra_as_is_said() {
                         let known = *known.entry((entry.cell, face)).or_insert_with(|| exact_face(&facets, ends, face));
                         let off = (f64::from(*fraction) - known).abs();
                         let what = format!("{name}, {rays} rays, cell {}, face {face}", entry.cell);
-                        assert!(off < 1.0 / f64::from(rays), "{what}: {fraction} of {known}");
+                        assert!(off < most, "{what}: {fraction} of {known}");
                         (sum_of_squares, n) = (sum_of_squares + off * off, n + 1.0);
                     }
                 }
                 let off = (sum_of_squares / n).sqrt();
-                assert!(
-                    n > 300.0 && off < 0.3 / f64::from(rays),
-                    "{name}, {rays} rays: {off} on average over {n} faces"
-                );
+                assert!(n > 300.0 && off < 0.3 * most, "{name}, {rays} rays: {off} on average over {n} faces");
                 // those of the background are the rest, and both cells beside a face agree
                 for two in entries.chunk_by(|one, other| one.0.cell == other.0.cell) {
                     for face in 0..6usize {

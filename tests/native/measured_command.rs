@@ -322,6 +322,10 @@ fn what_cannot_be_measured_is_refused_with_a_sentence() {
         ),
         (vec!["--staggered", &path("a.npz"), "--part", "1/2", "--halo", "1"], "staggered is given with a halo"),
         (vec!["--fractions", &path("a.npz"), "--fraction-rays", "3"], "1, 2, 4, 8 or 16"),
+        (
+            vec!["--fractions", &path("a.npz"), "--fraction-method", "exact", "--fraction-rays", "4"],
+            "exact fractions are measured without rays",
+        ),
         (vec!["--fractions", &path("a.npz"), "--close-gaps", "3"], "fractions are given with close_gaps"),
         (vec!["--fractions", &path("a.npz"), "--fill", "separating"], "has cells along its surface"),
     ] {

@@ -109,10 +109,12 @@ export interface LinksReport {
 
 /** Cells that surfaces cut, counted, and the volumes of flags that follow. */
 export interface FractionsReport {
-  /** Rays of a cell along each of two axes. */
+  /** Rays of a cell along each of two axes; 0 where cells are measured exactly. */
   rays: number;
   /** Cells that are cut: those with more than one flag, and those that a surface passes through where no ray meets it. */
   cut_cells: number;
+  /** Cells that 16 x 16 rays measure where the others are exact, as a surface passes through itself there. */
+  sampled_cells: number;
   /** Volume of each flag that has any, ascending; 0 is the background. */
   volumes: { flag: number; volume: number }[];
   /** Area of the surface of each geometry in the box, in the order of the job; null unless surfaces are asked for. */

@@ -23,6 +23,7 @@
 mod cells;
 mod cut_cell;
 mod edges;
+mod fractions;
 mod integrals;
 mod measure;
 mod pieces;
@@ -33,5 +34,7 @@ mod tests;
 mod winding;
 
 pub use cut_cell::{CellSurface, CutCells, CutCellsJob, CutFlag, CutPart};
+#[doc(hidden)]
+pub use fractions::exact_fractions;
 #[doc(hidden)]
 pub use measure::{CutBy, cut_cells};

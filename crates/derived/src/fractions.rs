@@ -33,6 +33,7 @@ mod polygon;
 mod refined;
 mod surface;
 
+pub(crate) use column::EXACT_PARTS;
 pub use column::parts_of_cell;
 pub use fraction::Part;
 #[doc(hidden)]

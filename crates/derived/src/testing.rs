@@ -59,5 +59,6 @@ pub fn no_fractions(dims: [u32; 3]) -> Fractions {
         areas: None,
         totals: Default::default(),
         has_faces: false,
+        sampled_cells: 0,
     }
 }

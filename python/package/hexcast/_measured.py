@@ -135,7 +135,7 @@ class Fractions(Arrays):
     surface_point: Optional[NDArray[np.float32]] = None
     #: Its mean normal: shape (surfaces, 3).
     surface_normal: Optional[NDArray[np.float32]] = None
-    #: Rays along each axis of a cell.
+    #: Rays along each axis of a cell; 0 where cells were measured exactly.
     rays: int = 4
     #: Cells of the halo of the mesh, which are not measured.
     halo: int = 0

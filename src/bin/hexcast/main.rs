@@ -206,6 +206,7 @@ mod tests {
             ("stencil", "links"),
             ("fluid", "links"),
             ("fractions", "fractions_output"),
+            ("fraction-method", "fractions"),
             ("fraction-rays", "fractions"),
             ("fraction-faces", "fractions"),
             ("fraction-surfaces", "fractions"),

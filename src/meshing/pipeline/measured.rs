@@ -8,8 +8,9 @@ use super::surfaces::Uncut;
 use hexcast_core::base::control::Control;
 use hexcast_core::base::error::Result;
 use hexcast_core::cells::columns::Columns;
-use hexcast_core::input::job::Job;
+use hexcast_core::input::job::{FractionsMethod, Job};
 use hexcast_core::stages::inside::Kind;
+use hexcast_derived::cut_cells::{CutBy, exact_fractions};
 use hexcast_derived::fractions::{Fractions, fractions};
 use hexcast_derived::links::{Field, Links};
 use hexcast_derived::staggered::Staggered;
@@ -85,6 +86,14 @@ impl Uncut {
         control: &Control,
     ) -> Result<Option<Fractions>> {
         let Some(asked) = job.fractions else { return Ok(None) };
+        if asked.method == FractionsMethod::Exact {
+            // this frame, and the facets by planes
+            let max_bytes = max_bytes.saturating_sub(2 * 38 * self.frame.facets.len() as u64);
+            let is_oriented: Vec<bool> = self.closed.iter().map(|closed| closed.nonzero).collect();
+            let (frame, lines, kinds) = (&self.frame, &prepared.whole, &self.kinds[..]);
+            let by = CutBy { frame, lines, rule: job.rule, kinds, is_oriented: &is_oriented };
+            return exact_fractions(by, prepared.cell_window(), asked, max_bytes, control).await.map(Some);
+        }
         // this frame, one of finer cells and what it is made of, those of faces, and the facets by rows
         let frames = 3 + 3 * u64::from(asked.faces) + u64::from(asked.surfaces);
         let max_bytes = max_bytes.saturating_sub(frames * 38 * self.frame.facets.len() as u64);

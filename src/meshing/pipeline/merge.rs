@@ -283,8 +283,10 @@ fn merge_measured(merged: &mut Value, parts: &[Part], whole: &Lines) -> Result<(
     if merged["fractions"].is_null() {
         return Ok(());
     }
-    merged["fractions"]["cut_cells"] = json!(sum(parts, |report| &report["fractions"]["cut_cells"]));
-    let (ruler, rays) = (Ruler::new(whole, whole), merged["fractions"]["rays"].as_u64().unwrap_or(1).clamp(1, 16));
+    for key in ["cut_cells", "sampled_cells"] {
+        merged["fractions"][key] = json!(sum(parts, |report| &report["fractions"][key]));
+    }
+    let (ruler, rays) = (Ruler::new(whole, whole), merged["fractions"]["rays"].as_u64().unwrap_or(1).min(16));
     let of_flags = (0..=u8::MAX).zip(totals_per_flag(parts, |sums| &sums.fractions)?);
     let volumes = of_flags.map(|(flag, total)| (flag, ruler.volume(total, parts_of_cell(rays as u32))));
     let volumes = volumes.filter(|(_, volume)| *volume > 0.0);

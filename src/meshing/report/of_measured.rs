@@ -58,10 +58,12 @@ impl LinksReport {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct FractionsReport {
-    /// m: a cell has m x m rays.
+    /// m: a cell has m x m rays; 0 where cells are measured exactly.
     pub rays: u32,
     /// Cells that are cut: those with more than one flag, and those that a surface passes through where no ray meets it.
     pub cut_cells: u64,
+    /// Cells that 16 x 16 rays measure where the others are exact, as a surface passes through itself there.
+    pub sampled_cells: u64,
     /// Volume of each flag that has any, ascending; 0 is the background.
     pub volumes: Vec<VolumeReport>,
     /// Area of the surface of each geometry in the box, in the order of the job; null unless surfaces are asked for.
@@ -86,6 +88,7 @@ impl FractionsReport {
         FractionsReport {
             rays: fractions.rays,
             cut_cells: fractions.n_cells(),
+            sampled_cells: fractions.sampled_cells,
             volumes: volumes.map(|(flag, &volume)| VolumeReport { flag, volume }).collect(),
             areas: fractions.areas.clone(),
         }

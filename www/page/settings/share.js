@@ -194,7 +194,7 @@ function readLines(query, patch) {
   const number = (/** @type {string} */ key) => Number(query.get(key) ?? NaN);
   if (number('min_size') > 0) patch.min_size = number('min_size');
   if (number('growth') >= 1.01 && number('growth') <= 10) patch.growth = number('growth');
-  if ([1, 2, 4, 8, 16].includes(number('fraction_rays'))) patch.fraction_rays = number('fraction_rays');
+  if ([0, 1, 2, 4, 8, 16].includes(number('fraction_rays'))) patch.fraction_rays = number('fraction_rays');
   const absorbing = numbersOf(query.get('absorbing') ?? '');
   const isRight = absorbing?.every((cells) => Number.isInteger(cells) && cells >= 0 && cells <= 1024);
   if (isRight && absorbing?.length === 1) patch.absorbing = absorbing[0];
@@ -267,6 +267,7 @@ export function commandOf(job) {
   for (const of of ['links', 'fractions', 'staggered']) option(of, file(of));
   option('stencil', job.links?.stencil);
   option('fluid', job.links?.fluid);
+  option('fraction-method', job.fractions?.method);
   option('fraction-rays', job.fractions?.rays);
   option('fraction-faces', job.fractions?.faces || undefined);
   option('fraction-surfaces', job.fractions?.surfaces || undefined);

@@ -107,7 +107,7 @@ function measured({
 }) {
   return {
     ...(links ? { links: { stencil, ...(String(fluid) === '0' ? {} : { fluid }) } } : {}),
-    ...(fractions ? { fractions: { rays, faces, surfaces } } : {}),
+    ...(fractions ? { fractions: { ...(rays === 0 ? { method: 'exact' } : { rays }), faces, surfaces } } : {}),
     ...(staggered ? { staggered } : {}),
   };
 }

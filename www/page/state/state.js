@@ -41,7 +41,7 @@
  * @property {'D3Q7' | 'D3Q15' | 'D3Q19' | 'D3Q27'} stencil of these links
  * @property {number[]} fluid flags of the cells in which they begin
  * @property {boolean} fractions whether fractions of cells are measured
- * @property {number} fraction_rays rays of a cell along each of two axes
+ * @property {number} fraction_rays rays of a cell along each of two axes; 0 to measure exactly
  * @property {boolean} fraction_faces whether those of faces are, too
  * @property {boolean} fraction_surfaces whether surfaces within cells are, too
  * @property {boolean} staggered whether the points of a staggered grid get flags

@@ -184,7 +184,8 @@ impl Scene<'_> {
         } else if flag == rest {
             flags.push(Share { flag, cell: WHOLE_CELL, faces: [WHOLE_FACE; 6], edges: [0; 12] });
         } else {
-            flags.extend([own, other]);
+            // in their order, as they are large to move
+            flags.extend(if flag < rest { [own, other] } else { [other, own] });
         }
     }
 

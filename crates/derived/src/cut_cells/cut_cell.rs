@@ -91,7 +91,6 @@ pub struct CutPart {
     pub edges: Vec<[f64; 12]>,
     pub surfaces: Vec<CellSurface>,
     pub(super) n_cells: u64,
-    pub(super) n_sampled: u64,
 }
 
 impl CutPart {

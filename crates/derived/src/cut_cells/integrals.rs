@@ -10,8 +10,10 @@
 //! Each term is rounded to 2^-56 of a cell, face or edge; sums of 64 bits wrap, and are right where the result is below 128.
 //! Source: Gauss's and Green's theorems; the products are ours.
 
+use crate::fractions::EXACT_PARTS;
+
 /// Bits of a part of a cell, of a face, of an edge.
-pub(super) const BITS: u32 = 56;
+pub(super) const BITS: u32 = EXACT_PARTS.ilog2();
 /// A whole cell, face or edge.
 pub(super) const WHOLE: i64 = 1 << BITS;
 

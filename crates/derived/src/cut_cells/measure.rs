@@ -18,7 +18,7 @@ use hexcast_core::input::job::Rule;
 use hexcast_core::stages::inside::Kind;
 
 /// Planes that go together.
-const PLANES: u32 = 4;
+pub(super) const PLANES: u32 = 4;
 /// Such planes of a round, after which cancel is looked at; wasm has one thread.
 const ROUND: usize = if cfg!(target_arch = "wasm32") { 8 } else { 64 };
 
@@ -48,6 +48,40 @@ pub async fn cut_cells(
     max_bytes: u64,
     control: &Control,
 ) -> Result<CutCells> {
+    let Measured { parts, volumes, areas, totals, n_sampled } =
+        in_parts((by, window), job, max_bytes, control, (|part| part, CutPart::n_bytes)).await?;
+    Ok(CutCells {
+        dims: window.dims(),
+        origin: window.origin(),
+        n_cells: parts.iter().map(|part| part.n_cells).sum(),
+        n_sampled,
+        parts,
+        volumes,
+        areas,
+        totals,
+    })
+}
+
+/// What was measured, with what is kept of some planes each.
+pub(super) struct Measured<P> {
+    pub(super) parts: Vec<P>,
+    pub(super) volumes: Vec<f64>,
+    pub(super) areas: Option<Vec<f64>>,
+    pub(super) totals: Totals,
+    pub(super) n_sampled: u64,
+}
+
+/// Measures the cut cells of a window and keeps of some planes what `keep` makes of them, which takes so many bytes.
+///
+/// # Errors
+/// As for [`cut_cells`].
+pub(super) async fn in_parts<P: Send>(
+    (by, window): (CutBy<'_>, CellWindow),
+    job: CutCellsJob,
+    max_bytes: u64,
+    control: &Control,
+    (keep, bytes_of): (impl Fn(CutPart) -> P + Sync, impl Fn(&P) -> usize),
+) -> Result<Measured<P>> {
     let CutBy { frame, lines, .. } = by;
     let measure = Measure::new(by, window, job);
     let n_planes = measure.grid.n_planes();
@@ -55,12 +89,13 @@ pub async fn cut_cells(
     let (mut parts, mut volumes) = (Vec::new(), vec![Total::default(); 256]);
     let geometry_at = &frame.ranks.geometry_at;
     let mut areas = if job.surfaces { vec![Total::default(); geometry_at.len()] } else { Vec::new() };
-    let mut n_bytes = 0;
+    let (mut n_bytes, mut n_sampled) = (0, 0);
     for start in (0..n_parts).step_by(ROUND) {
         control.rest().await?;
         let end = (start + ROUND as u32).min(n_parts);
-        let found: Vec<Found> = map_within(start..end, |memory, part| measure.part(part, memory));
-        n_bytes += found.iter().map(|found| found.part.n_bytes() as u64).sum::<u64>();
+        let found: Vec<Found<P>> =
+            on_all_cores(|| map_within(start..end, |memory, part| measure.part(part, memory).kept(&keep)));
+        n_bytes += found.iter().map(|found| bytes_of(&found.part) as u64).sum::<u64>();
         if n_bytes > max_bytes {
             let message = format!(
                 "cut cells up to plane {} of {n_planes} take {n_bytes} bytes: {max_bytes} are left of the memory allowed",
@@ -69,19 +104,17 @@ pub async fn cut_cells(
             let hint = "allow more with max_memory (--max-memory), or use larger cells";
             return Err(Error::new("memory", message, hint));
         }
-        for Found { part, volumes: of_part, areas: of_positions } in found {
+        for Found { part, volumes: of_part, areas: of_positions, n_sampled: of_planes } in found {
             parts.push(part);
+            n_sampled += of_planes;
             volumes.iter_mut().zip(of_part.totals()).for_each(|(sum, more)| sum.add(more));
             geometry_at.iter().zip(of_positions).for_each(|(&geometry, more)| areas[geometry].add(more));
         }
     }
     let ruler = Ruler::new(lines, lines);
-    Ok(CutCells {
-        dims: window.dims(),
-        origin: window.origin(),
-        n_cells: parts.iter().map(|part| part.n_cells).sum(),
-        n_sampled: parts.iter().map(|part| part.n_sampled).sum(),
+    Ok(Measured {
         parts,
+        n_sampled,
         volumes: volumes.iter().map(|&total| ruler.volume(total, WHOLE as u64)).collect(),
         areas: job.surfaces.then(|| areas.iter().map(|&total| ruler.area(total)).collect()),
         totals: Totals { volumes, areas },
@@ -124,11 +157,19 @@ impl Volumes {
     }
 }
 
-struct Found {
-    part: CutPart,
+struct Found<P> {
+    part: P,
     volumes: Volumes,
     /// Of each position.
     areas: Vec<Total>,
+    n_sampled: u64,
+}
+
+impl Found<CutPart> {
+    fn kept<P>(self, keep: impl Fn(CutPart) -> P) -> Found<P> {
+        let Found { part, volumes, areas, n_sampled } = self;
+        Found { part: keep(part), volumes, areas, n_sampled }
+    }
 }
 
 impl Measure<'_> {
@@ -157,7 +198,7 @@ impl Measure<'_> {
         Measure { by, job, grid, ruler, is_oriented: of_ranks, turns, firsts, facets }
     }
 
-    fn part(&self, part: u32, memory: &mut Memory) -> Found {
+    fn part(&self, part: u32, memory: &mut Memory) -> Found<CutPart> {
         let Memory { pieces, shares } = memory;
         let CutBy { frame, rule, kinds, .. } = self.by;
         let CellWindow { first, end, .. } = self.grid.window;
@@ -175,7 +216,7 @@ impl Measure<'_> {
             false => Volumes::Units(vec![Total::default(); 256]),
         };
         let areas = if self.job.surfaces { vec![Total::default(); frame.ranks.geometry_at.len()] } else { Vec::new() };
-        let mut found = Found { part: CutPart::default(), volumes, areas };
+        let mut found = Found { part: CutPart::default(), volumes, areas, n_sampled: 0 };
         for row in 0..planes.len() as u32 * ny {
             let [y, z] = [first[1] + row % ny, first[2] + planes.start + row / ny];
             let of_row = pieces.of_row(row as usize);
@@ -225,11 +266,11 @@ impl Measure<'_> {
     }
 
     /// Adds what flags have of a cell.
-    fn add(&self, cell: [u32; 3], shares: &mut Shares, found: &mut Found) {
+    fn add(&self, cell: [u32; 3], shares: &mut Shares, found: &mut Found<CutPart>) {
         shares.flags.sort_unstable_by_key(|share| share.flag);
         let index = self.grid.window.index(cell);
         found.part.n_cells += 1;
-        found.part.n_sampled += u64::from(shares.is_sampled);
+        found.n_sampled += u64::from(shares.is_sampled);
         for share in &shares.flags {
             let Share { flag, cell: sums, faces, edges } = share;
             if sums[0] > 0 {
@@ -255,7 +296,7 @@ impl Measure<'_> {
     }
 
     /// Adds the surfaces in a cell.
-    fn add_surfaces(&self, cell: [u32; 3], pieces: &Pieces, of_cell: &[Piece], found: &mut Found) {
+    fn add_surfaces(&self, cell: [u32; 3], pieces: &Pieces, of_cell: &[Piece], found: &mut Found<CutPart>) {
         let lines = self.by.lines;
         let size = [0, 1, 2].map(|axis| lines.cell_size(axis, cell[axis]));
         let faces = [size[1] * size[2], size[0] * size[2], size[0] * size[1]];

@@ -45,9 +45,15 @@ pub(super) struct Sum {
     here: i64,
 }
 
-/// In how many parts a cell is divided by so many rays along each axis.
+/// In how many parts a cell is divided where it is measured exactly.
+pub(crate) const EXACT_PARTS: u64 = 1 << 56;
+
+/// In how many parts a cell is divided by so many rays along each axis; by none where it is measured exactly.
 #[doc(hidden)]
 pub fn parts_of_cell(rays: u32) -> u64 {
+    if rays == 0 {
+        return EXACT_PARTS;
+    }
     WHOLE as u64 * u64::from(rays * rays)
 }
 

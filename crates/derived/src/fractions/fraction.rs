@@ -9,7 +9,7 @@ use hexcast_core::grid::totals::Total;
 pub struct Fraction {
     /// Index of the cell in the mesh: x + nx (y + ny z).
     pub cell: u64,
-    /// The fraction, 0 to 1: 1 where no ray meets what cuts the cell, 0 where the flag has a part of a face alone.
+    /// The fraction, 0 to 1: 1 where no ray meets what cuts the cell or a face alone has another flag, 0 where the flag has a part of a face alone.
     pub fraction: f32,
     /// The flag.
     pub flag: u8,
@@ -36,7 +36,7 @@ pub struct CutSurface {
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Fractions {
-    /// m: a cell has m x m rays.
+    /// m: a cell has m x m rays; 0 where cells were measured exactly.
     pub rays: u32,
     /// Number of cells of the mesh on x, y, z.
     pub dims: [u32; 3],
@@ -57,6 +57,8 @@ pub struct Fractions {
     pub totals: Totals,
     /// Whether faces were asked for.
     pub has_faces: bool,
+    /// Number of cells that 16 x 16 rays measured where the others are exact, as a surface passes through itself there.
+    pub sampled_cells: u64,
 }
 
 /// Volumes of flags and areas of geometries in the units of the box.
@@ -84,7 +86,7 @@ pub struct Part {
 }
 
 impl Part {
-    pub(super) fn n_bytes(&self) -> usize {
+    pub(crate) fn n_bytes(&self) -> usize {
         size_of_val(&self.fractions[..]) + size_of_val(&self.faces[..]) + size_of_val(&self.surfaces[..])
     }
 }
@@ -117,6 +119,7 @@ impl Fractions {
             areas: None,
             totals: Totals::default(),
             has_faces: false,
+            sampled_cells: 0,
         })
     }
 

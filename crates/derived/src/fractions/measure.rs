@@ -79,6 +79,7 @@ pub async fn fractions(
         areas: job.surfaces.then(|| areas.iter().map(|&total| ruler.area(total)).collect()),
         totals: Totals { volumes, areas },
         has_faces: job.faces,
+        sampled_cells: 0,
     })
 }
 

@@ -57,7 +57,7 @@ pub use geometry_job::{BackgroundJob, GeometryJob};
 #[cfg(not(target_arch = "wasm32"))]
 pub use job_file::{JobFile, Level, Names, RunJob};
 pub use lines_job::{DEFAULT_GROWTH, GradedJob, LinesJob};
-pub use measured_job::{FractionsJob, LinksJob, Stencil};
+pub use measured_job::{FractionsJob, FractionsMethod, LinksJob, Stencil};
 pub use numbers::PerAxis;
 #[cfg(not(target_arch = "wasm32"))]
 pub use one_or_many::Several;

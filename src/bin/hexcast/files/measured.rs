@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use hexcast::export::write_links_hdf5;
-use hexcast::job::{Axis, Job, RunJob, Stencil, ZarrJob};
+use hexcast::job::{Axis, FractionsMethod, Job, RunJob, Stencil, ZarrJob};
 use hexcast::report::MeshFacts;
 use hexcast::write::{
     Compress, Format, LinksFormat, Options, write_fractions, write_links, write_solid, write_staggered,
@@ -45,6 +45,9 @@ pub(crate) struct MeasuredArguments {
     /// .vti, .vtr, .npy, .zarr or .zarr.zip
     #[arg(long, value_name = "FILE")]
     fractions: Option<PathBuf>,
+    /// How --fractions measures [default: rays]
+    #[arg(long, value_name = "METHOD", requires = "fractions", value_enum)]
+    fraction_method: Option<FractionsMethod>,
     /// Rays of --fractions along each axis of a cell: 1, 2, 4, 8 or 16 [default: 4]
     #[arg(long, value_name = "M", requires = "fractions", value_parser = number::<u32>)]
     fraction_rays: Option<u32>,
@@ -125,6 +128,15 @@ impl MeasuredArguments {
         job.periodic = self.periodic.clone().unwrap_or_else(|| std::mem::take(&mut job.periodic));
         if self.fractions.is_some() {
             let fractions = job.fractions.get_or_insert_default();
+            fractions.method = self.fraction_method.unwrap_or(fractions.method);
+            if fractions.method == FractionsMethod::Exact && self.fraction_rays.is_some() {
+                let message = "--fraction-rays is given, but exact fractions are measured without rays";
+                return Err(Error::new(
+                    "job-conflict",
+                    message,
+                    "leave out --fraction-rays, or give --fraction-method rays",
+                ));
+            }
             fractions.rays = self.fraction_rays.unwrap_or(fractions.rays);
             fractions.faces |= self.fraction_faces;
             fractions.surfaces |= self.fraction_surfaces;

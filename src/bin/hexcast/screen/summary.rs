@@ -230,7 +230,14 @@ fn measured(table: &mut Table, mesh: &MeshFacts) {
     }
     if let Some(fractions) = &mesh.fractions_report {
         let cells = HumanCount(fractions.cut_cells);
-        table.line("cut cells", format!("{cells}, by {0} x {0} rays per cell", fractions.rays));
+        let how = match (fractions.rays, fractions.sampled_cells) {
+            (0, 0) => "measured exactly".into(),
+            (0, sampled) => {
+                format!("measured exactly, but for {} in which a surface passes through itself", HumanCount(sampled))
+            }
+            (rays, _) => format!("by {rays} x {rays} rays per cell"),
+        };
+        table.line("cut cells", format!("{cells}, {how}"));
     }
     if let Some(staggered) = &mesh.staggered_report {
         let flagged = staggered.components.iter().map(|component| {

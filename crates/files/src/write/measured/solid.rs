@@ -48,7 +48,12 @@ pub(crate) fn cells_of_store<'a>(mesh: &Mesh, fractions: &'a Fractions) -> Resul
         Ok(rows.flat_map(|(first, row)| solid(row, first, fractions).flat_map(f32::to_le_bytes)).collect())
     };
     let numbers = ("float32", json!(0.0), size_of::<f32>());
-    Ok(OfCells { name: "solid", numbers, rays: Some(fractions.rays), of_box: Box::new(of_box) })
+    Ok(OfCells {
+        name: "solid",
+        numbers,
+        rays: (fractions.rays > 0).then_some(fractions.rays),
+        of_box: Box::new(of_box),
+    })
 }
 
 /// The fraction that is not background of consecutive cells, the first of which has this index, by their flags.

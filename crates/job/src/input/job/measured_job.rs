@@ -76,12 +76,28 @@ impl Default for LinksJob {
 /// Rays of a cell along each axis where the job does not say.
 const DEFAULT_RAYS: u32 = 4;
 
+/// How fractions of cells are measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(any(test, feature = "testing"), derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[serde(rename_all = "lowercase")]
+#[non_exhaustive]
+pub enum FractionsMethod {
+    /// By rays, of which `rays` says how many.
+    #[default]
+    Rays,
+    /// Exactly but for rounding, from the facets within each cell, whatever `rays` is.
+    Exact,
+}
+
 /// Asks for the fraction of each flag in the cells that surfaces cut.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(any(test, feature = "testing"), derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 #[non_exhaustive]
 pub struct FractionsJob {
+    /// How they are measured.
+    pub method: FractionsMethod,
     /// Rays of a cell along each of two axes: 1, 2, 4, 8 or 16; by default 4. The fraction of a cell that one plane cuts is off by less than
     /// 1 / rays.
     pub rays: u32,
@@ -93,6 +109,6 @@ pub struct FractionsJob {
 
 impl Default for FractionsJob {
     fn default() -> FractionsJob {
-        FractionsJob { rays: DEFAULT_RAYS, faces: false, surfaces: false }
+        FractionsJob { method: FractionsMethod::default(), rays: DEFAULT_RAYS, faces: false, surfaces: false }
     }
 }
