@@ -23,11 +23,7 @@ function watchTasks() {
 async function isDrawn(page) {
   await isIdle(page);
   await cellsAreDrawn(page, 60_000);
-  const pictures = () => page.getAttribute('#canvas-3d', 'data-pictures');
-  for (let before = null; before !== (await pictures()); ) {
-    before = await pictures();
-    await page.waitForTimeout(1500);
-  }
+  await page.waitForFunction(() => document.querySelector('#canvas-3d').dataset.atRest === 'true', null, { timeout: 60_000 });
 }
 
 /** In the page: makes the mesh; pictures and size of the view at the click and when the mesh is there. */

@@ -40,12 +40,17 @@ export class Scene {
   n_meshes = 0;
   /** Counts the moves of the camera: one in flight ends where another begins. */
   #moves = 0;
+  /** Messages that the worker got. */
+  #n_told = 0;
+  /** @type {HTMLCanvasElement} */
+  #canvas;
 
   /**
    * @param {HTMLCanvasElement} canvas
    * @param {{ failed: (message?: string) => void, drawn: (picture: Drawn) => void, pick: (x: number, y: number) => void }} listener
    */
   constructor(canvas, { failed, drawn, pick }) {
+    this.#canvas = canvas;
     this.#frame = /** @type {HTMLElement} */ (canvas.parentElement);
     const offscreen = canvas.transferControlToOffscreen();
     this.#worker = new Worker(new URL('./cast/draw_worker.js', import.meta.url), { type: 'module', name: 'picture' });
@@ -53,6 +58,7 @@ export class Scene {
     this.#worker.addEventListener('message', ({ data }) => {
       if (data.kind === 'failed') failed(data.message);
       else if (data.kind === 'drawn') drawn(data);
+      else if (data.kind === 'rest') canvas.dataset.atRest = String(data.heard === this.#n_told);
       else this.#answer(data.id, data.answer);
     });
     this.#tell('open', { canvas: offscreen }, [offscreen]);
@@ -69,6 +75,8 @@ export class Scene {
 
   /** @param {string} kind @param {object} message @param {Transferable[]} [transfer] */
   #tell(kind, message, transfer = []) {
+    this.#n_told += 1;
+    this.#canvas.dataset.atRest = 'false';
     this.#worker.postMessage({ kind, ...message }, transfer);
   }
 

@@ -60,6 +60,8 @@ const saves = [];
 let n_pictures = 0;
 /** Meshes of which it has had the cells. */
 let n_meshes = 0;
+/** Messages that came. */
+let n_heard = 0;
 
 const say = (/** @type {object} */ message, /** @type {Transferable[]} */ transfer = []) => postMessage(message, { transfer });
 
@@ -117,7 +119,9 @@ const TAKE = {
 
 addEventListener('message', ({ data }) => {
   try {
+    n_heard += 1;
     if (TAKE[data.kind](data) === undefined) invalidate();
+    else if (!isDrawing) say({ kind: 'rest', heard: n_heard });
   } catch (error) {
     say({ kind: 'failed', message: String(error) });
   }
@@ -149,6 +153,7 @@ function invalidate() {
       say({ kind: 'failed', message: String(error) });
     } finally {
       isDrawing = false;
+      say({ kind: 'rest', heard: n_heard });
     }
   });
 }
