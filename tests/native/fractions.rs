@@ -85,15 +85,15 @@ pub(super) fn measured_as(geometries: &[Geometry], lines: &Lines, job: Fractions
     pollster::block_on(fractions((&frame, lines), window, (rule, &kinds), job, u64::MAX, &control)).unwrap()
 }
 
-/// Of every cell what a closed surface has of it, in the order of cells.
-fn known(facets: &[Facet], lines: &Lines) -> Vec<f64> {
+/// Of every cell, in their order: where it is, its size, and what a closed surface has of it.
+fn known(facets: &[Facet], lines: &Lines) -> Vec<([u32; 3], f64, f64)> {
     let [nx, ny, nz] = lines.dims();
     let of_cell = |index: u32| {
         let cell = [index % nx, index / nx % ny, index / (nx * ny)];
         let low = [0, 1, 2].map(|axis| lines.line(axis, cell[axis]));
         let high = [0, 1, 2].map(|axis| lines.line(axis, cell[axis] + 1));
         let size: f64 = (0..3).map(|axis| high[axis] - low[axis]).product();
-        exact(facets, low, high) / size
+        (cell, size, exact(facets, low, high) / size)
     };
     (0..nx * ny * nz).map(of_cell).collect()
 }
@@ -130,18 +130,10 @@ fn parts_of_cells_are_as_near_to_those_of_clipped_tetrahedra_as_is_said() {
     for (name, facets) in bodies() {
         let geometry = Geometry::new(name, 7, facets.clone()).unwrap();
         for lines in grids() {
-            let [nx, ny, nz] = lines.dims();
-            let cells = (0..nx * ny * nz).map(|index| {
-                let cell = [index % nx, index / nx % ny, index / (nx * ny)];
-                let low = [0, 1, 2].map(|axis| lines.line(axis, cell[axis]));
-                let high = [0, 1, 2].map(|axis| lines.line(axis, cell[axis] + 1));
-                let size: f64 = (0..3).map(|axis| high[axis] - low[axis]).product();
-                (cell, size, exact(&facets, low, high) / size)
-            });
-            let cells: Vec<_> = cells.collect();
+            let cells = known(&facets, &lines);
             for rays in [2, 4, 8] {
                 let found = measured(std::slice::from_ref(&geometry), &lines, rays);
-                let mut dense = vec![None; (nx * ny * nz) as usize];
+                let mut dense = vec![None; cells.len()];
                 for fraction in found.iter().filter(|fraction| fraction.flag == 7) {
                     dense[fraction.cell as usize] = Some(f64::from(fraction.fraction));
                 }
@@ -179,14 +171,15 @@ fn exact_parts_of_cells_are_those_of_clipped_tetrahedra() {
         for lines in grids() {
             let job = set!(FractionsJob { method: FractionsMethod::Exact, ..FractionsJob::default() });
             let found = measured_as(std::slice::from_ref(&geometry), &lines, job);
-            let mut parts = vec![None; known(&facets, &lines).len()];
+            let cells = known(&facets, &lines);
+            let mut parts = vec![None; cells.len()];
             found.iter().filter(|of| of.flag == 7).for_each(|of| parts[of.cell as usize] = Some(of.fraction));
-            for (cell, (known, part)) in known(&facets, &lines).into_iter().zip(parts).enumerate() {
+            for ((cell, _, known), part) in cells.into_iter().zip(parts) {
                 let off = match part {
                     Some(part) => (f64::from(part) - known).abs(),
                     None => known.abs().min((1.0 - known).abs()),
                 };
-                assert!(off < 1e-4, "{name}, cell {cell}: {part:?} where {known} is known");
+                assert!(off < 1e-4, "{name}, cell {cell:?}: {part:?} where {known} is known");
             }
             let volume = models::signed_volume(&facets);
             assert!((found.volumes[7] / volume - 1.0).abs() < 1e-5, "{name}: {} of {volume}", found.volumes[7]);

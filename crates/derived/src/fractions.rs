@@ -32,12 +32,15 @@ mod measure;
 mod polygon;
 mod refined;
 mod surface;
+mod volumes;
 
 pub(crate) use column::EXACT_PARTS;
 pub use column::parts_of_cell;
 pub use fraction::Part;
 #[doc(hidden)]
 pub use fraction::Totals;
+pub(crate) use fraction::rounded_part;
 pub use fraction::{CutSurface, Fraction, Fractions};
 #[doc(hidden)]
 pub use measure::fractions;
+pub(crate) use volumes::Volumes;

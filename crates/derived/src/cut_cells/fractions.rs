@@ -7,7 +7,7 @@ use hexcast_core::input::job::FractionsJob;
 
 use super::cut_cell::{CellSurface, CutCellsJob, CutPart};
 use super::measure::{CutBy, Measured, PLANES, in_parts};
-use crate::fractions::{CutSurface, Fraction, Fractions, Part};
+use crate::fractions::{CutSurface, Fraction, Fractions, Part, rounded_part};
 
 /// Measures the fractions in the cells of a window, exactly but for rounding.
 ///
@@ -51,8 +51,7 @@ fn rounded(of: CutPart) -> Part {
         let is_cut = of_cell.iter().filter(|of| of.fraction > 0.0).count() > 1;
         part.n_cut += u64::from(is_cut);
         part.fractions.extend(of_cell.iter().map(|of| {
-            // rounded, a part may be that of a whole cell
-            let fraction = if is_cut { (of.fraction as f32).min(1.0 - f32::EPSILON / 2.0) } else { of.fraction as f32 };
+            let fraction = if is_cut { rounded_part(of.fraction) } else { of.fraction as f32 };
             Fraction { cell: of.cell, fraction, flag: of.flag }
         }));
         if !of.faces.is_empty() {

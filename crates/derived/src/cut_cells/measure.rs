@@ -5,7 +5,7 @@ use super::cut_cell::{CellSurface, CutCells, CutCellsJob, CutFlag, CutPart};
 use super::edges::{Insides, crossings};
 use super::integrals::{WHOLE, below_polygon, fixed, number};
 use super::pieces::{Grid, Piece, Pieces};
-use crate::fractions::Totals;
+use crate::fractions::{Totals, Volumes};
 use hexcast_core::base::control::Control;
 use hexcast_core::base::error::{Error, Result};
 use hexcast_core::base::parallel::*;
@@ -142,21 +142,6 @@ struct Memory {
     shares: Shares,
 }
 
-/// Volumes of flags: where a cell is a unit, short sums.
-enum Volumes {
-    Cells(Vec<u128>),
-    Units(Vec<Total>),
-}
-
-impl Volumes {
-    fn totals(self) -> Vec<Total> {
-        match self {
-            Volumes::Cells(volumes) => volumes.into_iter().map(Total::from).collect(),
-            Volumes::Units(volumes) => volumes,
-        }
-    }
-}
-
 struct Found<P> {
     part: P,
     volumes: Volumes,
@@ -211,10 +196,7 @@ impl Measure<'_> {
         let asked = Asked { faces: self.job.faces || self.job.face_centroids, edges: self.job.edges };
         let scene = Scene { insides, flag_of_rank, is_oriented: &self.is_oriented, asked };
         let mut state = State::new(insides);
-        let volumes = match self.ruler.counts_cells() {
-            true => Volumes::Cells(vec![0; 256]),
-            false => Volumes::Units(vec![Total::default(); 256]),
-        };
+        let volumes = Volumes::new(&self.ruler);
         let areas = if self.job.surfaces { vec![Total::default(); frame.ranks.geometry_at.len()] } else { Vec::new() };
         let mut found = Found { part: CutPart::default(), volumes, areas, n_sampled: 0 };
         for row in 0..planes.len() as u32 * ny {
@@ -255,14 +237,7 @@ impl Measure<'_> {
 
     /// Adds what a flag has of each of some cells of a row.
     fn add_volume(&self, cell: [u32; 3], n: u32, (flag, part): (u8, i64), volumes: &mut Volumes) {
-        match volumes {
-            // fewer than 2^57 parts each
-            Volumes::Cells(volumes) => volumes[usize::from(flag)] += part as u128 * u128::from(n),
-            Volumes::Units(volumes) => {
-                let volume = self.ruler.cells([cell, [cell[0] + n, cell[1] + 1, cell[2] + 1]]);
-                volumes[usize::from(flag)].add(volume.times(part as u64));
-            }
-        }
+        volumes.add(&self.ruler, cell, n, [(flag, part as u64)].into_iter());
     }
 
     /// Adds what flags have of a cell.

@@ -70,6 +70,12 @@ pub struct Totals {
     pub areas: Vec<Total>,
 }
 
+/// A part of a cell, less than all of it, as 32 bits: rounded, it may be that of a whole cell.
+#[inline]
+pub(crate) fn rounded_part(of: f64) -> f32 {
+    (of as f32).min(1.0 - f32::EPSILON / 2.0)
+}
+
 /// What was found in some rows of cells.
 #[derive(Debug, Clone, PartialEq)]
 #[doc(hidden)]

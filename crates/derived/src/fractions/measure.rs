@@ -5,10 +5,11 @@ use std::ops::Range;
 use super::column::{self, Columns, Sum, parts_of_cell};
 use super::cut::cut;
 use super::faces::Faces;
-use super::fraction::{Fraction, Fractions, Part, Totals};
+use super::fraction::{Fraction, Fractions, Part, Totals, rounded_part};
 use super::polygon::FacetRows;
 use super::refined::Refined;
 use super::surface::Surfaces;
+use super::volumes::Volumes;
 use hexcast_core::base::control::Control;
 use hexcast_core::base::error::{Error, Result};
 use hexcast_core::base::parallel::*;
@@ -105,33 +106,11 @@ struct Memory {
     fractions: Vec<Fraction>,
 }
 
-/// Volumes of flags: where a cell is a unit, short sums.
-enum Volumes {
-    Cells(Vec<u128>),
-    Units(Vec<Total>),
-}
-
 struct Found {
     part: Part,
     volumes: Vec<Total>,
     /// Of each position.
     areas: Vec<Total>,
-}
-
-impl Volumes {
-    fn new(ruler: &Ruler) -> Volumes {
-        match ruler.counts_cells() {
-            true => Volumes::Cells(vec![0; 256]),
-            false => Volumes::Units(vec![Total::default(); 256]),
-        }
-    }
-
-    fn totals(self) -> Vec<Total> {
-        match self {
-            Volumes::Cells(volumes) => volumes.into_iter().map(Total::from).collect(),
-            Volumes::Units(volumes) => volumes,
-        }
-    }
 }
 
 impl Measure<'_> {
@@ -182,21 +161,13 @@ impl Measure<'_> {
     /// Adds what flags have of cells that are alike, whose row is counted from the first of the window.
     fn add_volumes(&self, [y, z]: [u32; 2], cells: &Range<u32>, sums: &[Sum], volumes: &mut Volumes) {
         let some = sums.iter().filter(|sum| sum.length() > 0);
-        let volumes = match volumes {
-            Volumes::Cells(volumes) => {
-                // fewer than 2^33 parts each of fewer than 2^23 cells
-                some.for_each(|sum| {
-                    volumes[usize::from(sum.flag)] += u128::from(sum.length() as u64 * cells.len() as u64)
-                });
-                return;
-            }
-            Volumes::Units(volumes) => volumes,
-        };
         let [y, z] = [self.window.first[1] + y, self.window.first[2] + z];
-        let volume = self.ruler.cells([[cells.start, y, z], [cells.end, y + 1, z + 1]]);
-        for sum in some {
-            volumes[usize::from(sum.flag)].add(volume.times(sum.length() as u64));
-        }
+        volumes.add(
+            &self.ruler,
+            [cells.start, y, z],
+            cells.len() as u32,
+            some.map(|sum| (sum.flag, sum.length() as u64)),
+        );
     }
 
     /// Adds the fractions of cells that are alike.
@@ -204,8 +175,7 @@ impl Measure<'_> {
         let of_whole = 1.0 / self.cells.whole() as f64;
         let first = self.window.index([cells.start, self.window.first[1] + y, self.window.first[2] + z]);
         for cell in (first..).take(cells.len()) {
-            // rounded, it may be that of a whole cell
-            let fraction = |length: i64| ((length as f64 * of_whole) as f32).min(1.0 - f32::EPSILON / 2.0);
+            let fraction = |length: i64| rounded_part(length as f64 * of_whole);
             let some = sums.iter().filter(|sum| sum.length() > 0);
             fractions.extend(some.map(|sum| Fraction { cell, fraction: fraction(sum.length()), flag: sum.flag }));
         }

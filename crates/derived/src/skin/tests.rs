@@ -2,30 +2,18 @@ use std::collections::BTreeMap;
 
 use super::*;
 use crate::testing::pattern;
-use hexcast_core::cells::columns::{Band, Columns, run};
+use hexcast_core::cells::columns::Columns;
 use hexcast_core::grid::frame::Frame;
 use hexcast_core::grid::lines::Lines;
 use hexcast_core::grid::rays::Rays;
 use hexcast_core::input::geometry::{Facet, Geometry};
 use hexcast_core::stages::map::Rule;
+use hexcast_core::testing::band_of;
 
 /// A mesh with rays along `axis` whose cells have the flags of a function.
 fn mesh_of(axis: usize, dims: [u32; 3], flag_of: impl Fn([u32; 3]) -> u8) -> Mesh {
     let rays = Rays::new(axis, dims);
-    let mut band = Band::default();
-    for (j, i) in (0..rays.counts[1]).flat_map(|j| (0..rays.counts[0]).map(move |i| (j, i))) {
-        let mut last = 0;
-        for along in 0..rays.depth {
-            let mut cell = [along; 3];
-            (cell[rays.across[0]], cell[rays.across[1]]) = (i, j);
-            let flag = flag_of(cell);
-            if flag != last {
-                band.runs.push(run(along, flag));
-            }
-            last = flag;
-        }
-        band.ends.push(band.runs.len() as u32);
-    }
+    let band = band_of(&rays, flag_of);
     let lines = Lines::new([-1.5, 0.25, 8.0], [0.5, 0.25, 0.125], dims).unwrap();
     Mesh::new(lines, Columns::new(rays, vec![band]).unwrap(), vec![], None).unwrap()
 }
