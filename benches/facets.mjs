@@ -2,7 +2,7 @@
 // figures of the last time, for bench.mjs. The models are made here and not kept.
 
 import { createHash } from 'node:crypto';
-import { closeSync, openSync, readFileSync, readSync, writeFileSync } from 'node:fs';
+import { closeSync, openSync, readFileSync, readSync, rmSync, statfsSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
 
 import { ROOT } from '../scripts/run.mjs';
@@ -16,6 +16,8 @@ const TOLERANCE = 0.05;
 const CHUNK = 1 << 20;
 /** Points around the axis of the models: 1e6, 1e7 and 2e7 facets. */
 const POINTS = [1000, 3162, 4472];
+/** 1e8 facets: their file, and the memory that they are meshed in, which is less than they take. */
+const LARGE = { points: 10_000, bytes: 5e9, memory: '2GiB' };
 
 /** Seconds that this machine takes to read a file, and to hash it as well, on one core. @param {string} file */
 function limits(file) {
@@ -46,6 +48,7 @@ export function benchFacets({ command, folder, runs, quick }) {
   const file = path.join(folder, 'wave.stl');
   /** @type {{ what: string, seconds: number, limit: string }[]} */
   const rows = [];
+  let large = '';
   const measure = (/** @type {string} */ what, /** @type {string} */ limit, /** @type {() => number} */ run) => {
     rows.push({ what, limit, seconds: median(Array.from({ length: Number(runs) + 1 }, run).slice(1)) });
   };
@@ -66,6 +69,28 @@ export function benchFacets({ command, folder, runs, quick }) {
     );
     measure(`info of ${n} facets`, least, () => seconds(command, ['info', file]));
   }
+  const { bavail, bsize } = statfsSync(folder);
+  const free = bavail * bsize;
+  if (!quick && free < LARGE.bytes) {
+    console.log(`1e8 facets: not measured, as ${(free / 1e9).toFixed(1)} GB are free, and their file takes 5 GB`);
+  } else if (!quick) {
+    const n = writeWave(file, LARGE.points).toLocaleString('en');
+    const { read, hash } = limits(file);
+    /** @type {number[]} */
+    const peaks = [];
+    measure(
+      `${n} facets within ${LARGE.memory}, the whole command at 1000 cells`,
+      `read ${ms(read)}, read and hash ${ms(hash)}`,
+      () => {
+        const start = performance.now();
+        const args = ['mesh', file, '--backend', 'cpu', '--json', '--cells', '1000', '--max-memory', LARGE.memory];
+        peaks.push(JSON.parse(output(command, args)).peak_bytes.host);
+        return (performance.now() - start) / 1000;
+      },
+    );
+    large = `\n\nMost memory of the process with ${n} facets: ${(Math.max(...peaks) / 2 ** 20).toFixed(0)} MiB.`;
+    rmSync(file);
+  }
   /** @type {Record<string, number>} */
   const before = JSON.parse(readFileSync(RECORD, 'utf8'));
   const lines = rows.map(({ what, limit, seconds }) => {
@@ -77,5 +102,5 @@ export function benchFacets({ command, folder, runs, quick }) {
   const now = Object.fromEntries(rows.map(({ what, seconds }) => [what, Number(seconds.toPrecision(4))]));
   writeFileSync(RECORD, `${JSON.stringify({ ...before, ...now }, null, 2)}\n`);
   const text = table(['model', 'ms', 'least for the file on one core, ms', 'last time, ms', 'change'], lines);
-  return { adapter: '', text: `## Many facets: binary STL in the page cache\n\n${text}` };
+  return { adapter: '', text: `## Many facets: binary STL in the page cache\n\n${text}${large}` };
 }

@@ -119,7 +119,8 @@ fn in_threads<T: Send>(work: impl FnOnce() -> Result<T> + Send) -> Result<T> {
     static FIRST: OnceLock<u32> = OnceLock::new();
     let process = std::process::id();
     if *FIRST.get_or_init(|| process) == process {
-        return work();
+        // loops on all cores begin at once there, and from outside each would wake a thread first
+        return rayon::scope(|_| work());
     }
     let failed =
         |error| Error::new("io", format!("starting threads in a forked process: {error}"), "start fewer processes");

@@ -94,10 +94,10 @@ pub async fn converge(
         let areas = areas(&mesh, control).await?;
         let flags = facts.flags.iter().map(|found| {
             let areas = areas[usize::from(found.flag)];
-            let mesh_areas = projected(of_job.iter().filter(|geometry| geometry.flag == found.flag));
+            let mesh_areas = projected(of_job.iter().filter(|geometry| geometry.flag == found.flag))?;
             let error =
                 |ours: f64, theirs: f64| found.mesh_volume.filter(|_| theirs != 0.0).map(|_| ours / theirs - 1.0);
-            FlagLevel {
+            Ok(FlagLevel {
                 flag: found.flag,
                 name: found.name.clone(),
                 cells: found.cells,
@@ -107,9 +107,10 @@ pub async fn converge(
                 areas,
                 mesh_areas,
                 area_error: error(areas.iter().sum(), mesh_areas.iter().sum()),
-            }
+            })
         });
-        let (flags, seconds) = (flags.collect(), facts.seconds.lines + facts.seconds.snap + facts.seconds.columns);
+        let flags = flags.collect::<Result<_>>()?;
+        let seconds = facts.seconds.lines + facts.seconds.snap + facts.seconds.columns;
         let column_bytes = column_bytes(&mesh, control).await?;
         let flag_bytes = exact_size(&mesh, Format::Raw, &Options::default()).unwrap_or(mesh.n_cells());
         let spacing = mesh.lines().smallest();
@@ -127,17 +128,17 @@ async fn column_bytes(mesh: &Mesh, control: &Control) -> Result<u64> {
 }
 
 /// Area of the facets of geometries, projected on planes across x, y and z.
-fn projected<'a>(geometries: impl Iterator<Item = &'a Geometry>) -> [f64; 3] {
+fn projected<'a>(geometries: impl Iterator<Item = &'a Geometry>) -> Result<[f64; 3]> {
     let mut areas = [0.0; 3];
     for geometry in geometries {
         let place = geometry.world_from_file.of_corners();
-        for facet in geometry.facets.iter() {
+        geometry.facets.for_each(|facet| {
             let [a, b, c] = facet.map(&place).map(glam::DVec3::from);
             let doubled = (b - a).cross(c - a).to_array();
             (0..3).for_each(|axis| areas[axis] += doubled[axis].abs() / 2.0);
-        }
+        })?;
     }
-    areas
+    Ok(areas)
 }
 
 /// Area of the faces across x, y and z of each flag, towards other flags and at the sides of the box.

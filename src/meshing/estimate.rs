@@ -15,12 +15,13 @@ use serde::Serialize;
 
 use hexcast_core::base::control::{Control, at_once};
 use hexcast_core::base::error::Result;
+use hexcast_core::grid::frame::Frame;
 use hexcast_core::grid::lines::{Grading, Lines};
 use hexcast_core::grid::rays::Rays;
 use hexcast_core::input::geometry::Geometry;
 use hexcast_core::stages::cast::sizes::MOST_BAND;
 use hexcast_core::stages::cpu;
-use hexcast_core::stages::expected_crossings::{Sums, expected};
+use hexcast_core::stages::expected_crossings::{Sums, expected, expected_of_frame};
 use hexcast_derived::mesh::SLAB_BYTES;
 use hexcast_files::write::{npy, raw};
 
@@ -156,10 +157,17 @@ impl Estimate {
         Estimate { grading: self.grading.map(|grading| grading.with_unit(unit)), ..self }
     }
 
+    /// The same of equal cells, from the snapped facets that the rays may hit.
+    pub(crate) fn of_frame(frame: &Frame, geometries: &[Geometry], lines: &Lines, rays: &Rays) -> Estimate {
+        let mut estimate = Estimate::of(&expected_of_frame(frame, rays), geometries, lines, rays);
+        estimate.host.facets = bytes_as_read(geometries) + SNAPPED_BYTES * frame.facets.len() as u64;
+        estimate
+    }
+
     fn of(expected: &Sums, geometries: &[Geometry], lines: &Lines, rays: &Rays) -> Estimate {
         let facets: u64 = geometries.iter().map(|geometry| geometry.facets.len() as u64).sum();
         let crossings = expected.crossings.round() as u64;
-        let host = host_bytes(facets, expected, lines, rays);
+        let host = host_bytes(facet_bytes(geometries, expected), expected, lines, rays);
         let mut estimate = Estimate {
             dims: lines.dims(),
             origin: lines.origin(),
@@ -183,7 +191,8 @@ impl Estimate {
         estimate.device_bytes = estimate.device_bytes_of(estimate.rows());
         estimate.host.upload = estimate.upload_bytes_of(estimate.rows());
         let host = estimate.host;
-        estimate.host_bytes = host.meshing(false).max(host.meshing(true)).max(host.columns + host.slabs);
+        let snapping = host.facets + bytes_of_snap(geometries);
+        estimate.host_bytes = host.meshing(false).max(host.meshing(true)).max(host.columns + host.slabs).max(snapping);
         estimate
     }
 
@@ -208,10 +217,37 @@ impl Estimate {
     }
 }
 
-/// Bytes of a facet: 36 as read, 38 snapped.
-const FACET_BYTES: u64 = 74;
+/// Bytes of a snapped facet.
+const SNAPPED_BYTES: u64 = 38;
+/// Bytes of the hashes of the edges of a facet that stays in its file, while those of its geometry are compared. Others have room by then: when
+/// they have been snapped the columns are made.
+const EDGE_BYTES: u64 = 12;
 
-fn host_bytes(facets: u64, expected: &Sums, lines: &Lines, rays: &Rays) -> HostBytes {
+/// Bytes of facets as they were read.
+fn bytes_as_read(geometries: &[Geometry]) -> u64 {
+    geometries.iter().map(|geometry| geometry.facets.n_bytes()).sum()
+}
+
+/// Whether a geometry's facets stay in their file.
+fn stays_in_file(geometry: &Geometry) -> bool {
+    geometry.facets.n_bytes() == 0
+}
+
+/// Bytes of facets, as read and snapped; of those that stay in a file, the ones with a ray under their boxes are held.
+fn facet_bytes(geometries: &[Geometry], expected: &Sums) -> u64 {
+    let n: usize = geometries.iter().map(|geometry| geometry.facets.len()).sum();
+    let n = if geometries.iter().any(stays_in_file) { (expected.facets as u64).min(n as u64) } else { n as u64 };
+    let of_chunk = geometries.iter().map(|geometry| geometry.facets.chunk_bytes()).max().unwrap_or(0);
+    bytes_as_read(geometries) + of_chunk + SNAPPED_BYTES * n
+}
+
+/// Bytes that facets which stay in their files take for a moment.
+fn bytes_of_snap(geometries: &[Geometry]) -> u64 {
+    let most = geometries.iter().filter(|geometry| stays_in_file(geometry)).map(|geometry| geometry.facets.len()).max();
+    EDGE_BYTES * most.unwrap_or(0) as u64
+}
+
+fn host_bytes(facet_bytes: u64, expected: &Sums, lines: &Lines, rays: &Rays) -> HostBytes {
     let (n_rays, runs) = (rays.n_rays(), expected.runs);
     // a byte a ray and four bytes every 64 rays; four bytes a ray until they are packed
     let index = n_rays + n_rays.div_ceil(64) * 4;
@@ -223,7 +259,7 @@ fn host_bytes(facets: u64, expected: &Sums, lines: &Lines, rays: &Rays) -> HostB
     // the last round is unpacked, after the packed columns before it
     let extra = |rays: u64| ((4 * n_rays - index.min(4 * n_rays)) as f64 * (rays as f64 / n_rays as f64)) as u64;
     HostBytes {
-        facets: facets * FACET_BYTES,
+        facets: facet_bytes,
         lattice: 4 * (expected.strip_facets as u64 + strips),
         upload: 0,
         columns,
@@ -260,7 +296,6 @@ fn file_bytes(lines: &Lines, rays: u64, runs: u64) -> FileBytes {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use hexcast_core::grid::frame::Frame;
     use hexcast_core::input::job::Rule;
 
     fn fixture(name: &str) -> Geometry {

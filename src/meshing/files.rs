@@ -1,6 +1,6 @@
 //! Files on disk: reads those of a job, and blocks until all are read. Natively only.
 //!
-//! Names of files -> [`Source`]s, several files at the same time on all cores. [`FileStore`] keeps columns in a file, and [`WrittenFolder`] writes
+//! Names of files -> [`Source`]s, several files at the same time on all cores. [`FileAt`] reads at any place; [`FileStore`] keeps columns in a file, and [`WrittenFolder`] writes
 //! the files of a Zarr store.
 
 pub mod place;
@@ -9,7 +9,7 @@ mod written_folder;
 use std::fs::File;
 use std::io::{self, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::Path;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use hexcast_core::base::control::Control;
 use hexcast_core::base::error::{Error, Result};
@@ -17,6 +17,7 @@ use hexcast_core::base::memory::Memory;
 use hexcast_core::base::parallel::*;
 use hexcast_core::cells::columns::{Store, sealed};
 use hexcast_core::input::job::{GeometryJob, Job};
+use hexcast_core::input::read::ReadAt;
 use hexcast_core::input::sources::Source;
 
 pub use written_folder::WrittenFolder;
@@ -49,7 +50,8 @@ pub fn read_file(file: &str, control: &Control) -> Result<Source> {
             "name a file of a surface (STL, OBJ, PLY, OFF, 3MF, GLB), or give its bytes",
         ));
     }
-    Source::read(file, metadata.len(), &mut input, control)
+    let again = FileAt::new(input.try_clone().map_err(|error| Error::io(format!("reading {file}"), error))?);
+    Source::read_again(file, metadata.len(), (&mut input, Arc::new(again)), control)
 }
 
 /// Opens a file, or a pipe or device, to read it.
@@ -69,6 +71,36 @@ pub fn open_file(path: &Path) -> Result<File> {
         return Err(Error::new("io", format!("{name} is a folder"), "name the files in it"));
     }
     Ok(file)
+}
+
+/// A file on disk that several threads read at any place, at the same time.
+pub struct FileAt(File);
+
+impl FileAt {
+    /// Uses a file that is open. Where it is read from there on does not matter, and may change.
+    pub fn new(file: File) -> FileAt {
+        FileAt(file)
+    }
+}
+
+impl ReadAt for FileAt {
+    #[cfg(unix)]
+    fn read_at(&self, at: u64, bytes: &mut [u8]) -> io::Result<()> {
+        std::os::unix::fs::FileExt::read_exact_at(&self.0, bytes, at)
+    }
+
+    #[cfg(windows)]
+    fn read_at(&self, mut at: u64, mut bytes: &mut [u8]) -> io::Result<()> {
+        while !bytes.is_empty() {
+            match std::os::windows::fs::FileExt::seek_read(&self.0, bytes, at) {
+                Ok(0) => return Err(ErrorKind::UnexpectedEof.into()),
+                Ok(n) => (at, bytes) = (at + n as u64, &mut bytes[n..]),
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(())
+    }
 }
 
 /// A file as a store of columns, read and appended under a lock.

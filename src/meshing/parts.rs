@@ -23,7 +23,7 @@ pub type Window = [[u32; 3]; 2];
 /// Divides the box, at multiples of `step` cells on each axis: 1 for any cell, those of a shard for processes that fill a Zarr store.
 ///
 /// # Errors
-/// `job-value` where an axis has fewer such steps than it shall have parts.
+/// `job-value` where an axis has fewer such steps than it shall have parts; `io` where facets stay in their file, and that cannot be read again.
 pub fn parts(geometries: &[Geometry], lines: &Lines, rays: &Rays, of: [u32; 3], step: [u32; 3]) -> Result<Vec<Window>> {
     for axis in 0..3 {
         let (cells, step) = (lines.dims()[axis], step[axis].max(1));
@@ -41,7 +41,7 @@ pub fn parts(geometries: &[Geometry], lines: &Lines, rays: &Rays, of: [u32; 3], 
             return Err(Error::new("job-value", message, hint));
         }
     }
-    let costs = costs(geometries, lines, rays);
+    let costs = costs(geometries, lines, rays)?;
     let ends = [0, 1, 2].map(|axis| {
         let step = step[axis].max(1);
         let of_steps: Vec<i128> = costs[axis].chunks(step as usize).map(|planes| planes.iter().sum()).collect();
@@ -58,7 +58,7 @@ pub fn parts(geometries: &[Geometry], lines: &Lines, rays: &Rays, of: [u32; 3], 
 }
 
 /// Cost of each plane of cells across each axis.
-fn costs(geometries: &[Geometry], lines: &Lines, rays: &Rays) -> [Vec<i128>; 3] {
+fn costs(geometries: &[Geometry], lines: &Lines, rays: &Rays) -> Result<[Vec<i128>; 3]> {
     // how the cost changes from plane to plane
     let mut changes = lines.dims().map(|n| vec![0i128; n as usize + 1]);
     for axis in 0..3 {
@@ -66,9 +66,7 @@ fn costs(geometries: &[Geometry], lines: &Lines, rays: &Rays) -> [Vec<i128>; 3] 
     }
     for geometry in geometries {
         let placing = geometry.placing();
-        for facet in geometry.facets.iter() {
-            add(facet, &placing, lines, rays, &mut changes);
-        }
+        geometry.facets.for_each(|facet| add(facet, &placing, lines, rays, &mut changes))?;
     }
     for changes in &mut changes {
         let mut cost = 0;
@@ -78,7 +76,7 @@ fn costs(geometries: &[Geometry], lines: &Lines, rays: &Rays) -> [Vec<i128>; 3] 
         }
         changes.pop();
     }
-    changes
+    Ok(changes)
 }
 
 /// Adds what a facet costs in each plane.
@@ -158,7 +156,7 @@ mod tests {
         let side = [[0.0, 0.0, 2.5], [2.0, 0.0, 2.5], [0.0, 4.0, 2.5]];
         let far = side.map(|[x, y, _]: [f32; 3]| [x, y, 3e38]);
         let rays = Rays::new(2, lines.dims());
-        let planes = costs(&[Geometry::new("side", 1, vec![side, far]).unwrap()], &lines, &rays);
+        let planes = costs(&[Geometry::new("side", 1, vec![side, far]).unwrap()], &lines, &rays).unwrap();
         let of_rays = (UNITS as i128) * 16 / 8;
         assert_eq!(planes[2], [0, 1, 2, 3, 4, 5, 6, 7].map(|z| of_rays + if z == 2 { 16 * UNITS as i128 } else { 0 }));
         assert_eq!(planes[0].len(), 4);

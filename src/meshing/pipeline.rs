@@ -151,7 +151,7 @@ async fn meshed(
     let task = Task { job, options, prepared: &prepared, inputs: &inputs, memory: &memory, control, is_measured };
     let (frame, mut surfaces) = Surfaces::new(&task).await?;
     let mut cut = Cut::new(&task, frame, &mut surfaces).await?;
-    let budget = memory_budget(job, options, &prepared, (engine, cut.parts_bytes(&task)), control).await?;
+    let budget = memory_budget(job, options, &prepared, (engine, &cut.frame, cut.parts_bytes(&task)), control).await?;
     control.rest().await?;
     let snap = lap(&mut clock);
     let mut backend = Backend { engine, budget: &budget, control };

@@ -44,7 +44,7 @@ impl WebMesh {
             let question = Asked::read(question)?;
             let surfaces = job.map(|job| geometries(&job.job, job.sources())).transpose()?;
             let found = leak(&self.mesh, &question, &Control::default())?;
-            Ok(Answer::new(found, &self.mesh, surfaces.as_deref()))
+            Answer::new(found, &self.mesh, surfaces.as_deref())
         };
         answer().map(|answer| json(&answer)).map_err(js_error)
     }

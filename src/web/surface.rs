@@ -82,8 +82,9 @@ impl WebSurface {
     }
 
     /// Corners of all facets, 9 numbers each.
-    pub fn corners(&self) -> Vec<f32> {
-        self.geometry.facets.as_flattened().as_flattened().to_vec()
+    pub fn corners(&self) -> JsResult<Vec<f32>> {
+        let facets = self.geometry.facets.in_memory("a list of corners").map_err(js_error)?;
+        Ok(facets.as_flattened().as_flattened().to_vec())
     }
 
     /// Measures it, which its facts and estimates need.
@@ -103,7 +104,10 @@ impl WebSurface {
         WebWork::new(|control| async move {
             let mut checked = Vec::new();
             for (index, part) in parts.iter().enumerate() {
-                checked.push(surface_with_rests(part, &control.of_piece(index, parts.len())).await?);
+                checked.push(
+                    surface_with_rests(part.in_memory("the check of edges")?, &control.of_piece(index, parts.len()))
+                        .await?,
+                );
             }
             Ok(edge_info(&checked).into())
         })
@@ -113,7 +117,7 @@ impl WebSurface {
     pub fn preview(&self, max_facets: u32) -> WebWork {
         let (facets, bounds) = (self.geometry.facets.clone(), self.geometry.bounding_box().unwrap_or_default());
         WebWork::new(move |control| async move {
-            let facets = preview(&facets, bounds, max_facets as usize, &control).await?;
+            let facets = preview(facets.in_memory("a preview")?, bounds, max_facets as usize, &control).await?;
             Ok(facets.into_flattened().into_flattened().into())
         })
     }

@@ -109,7 +109,8 @@ fn good_fixtures_hold_what_is_known_about_them() {
         assert_eq!((contents.n_facets, contents.zero_normals), (good.n_facets, good.zero_normals), "{file}");
         assert_eq!(contents.has_colours, good.has_colours, "{file}");
         assert_eq!(contents.warnings, good.warnings, "{file}");
-        let facets: Vec<Facet> = contents.solids.iter().flat_map(|solid| solid.facets.iter().copied()).collect();
+        let facets: Vec<Facet> =
+            contents.solids.iter().flat_map(|solid| solid.facets.slice().iter().copied()).collect();
         let found = surface(&facets);
         assert_eq!(
             (found.n_facets, found.open_edges, found.shells),

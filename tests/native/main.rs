@@ -28,6 +28,7 @@ mod converge;
 mod cut_faces;
 #[cfg(feature = "cli")]
 mod examples;
+mod facets_in_file;
 mod famous_cases;
 #[cfg(feature = "cli")]
 mod findings;

@@ -103,7 +103,7 @@ fn job_of(seed: u64) -> Option<(Vec<Facets>, Job, Random)> {
         .iter()
         .map(|of| set!(GeometryJob { flag: Some(of.flag), priority: of.priority, ..GeometryJob::default() }));
     let list = |axis: usize| case.lines.list(axis);
-    let bodies = case.geometries.iter().map(|of| of.facets.to_vec()).collect();
+    let bodies = case.geometries.iter().map(|of| of.facets.slice().to_vec()).collect();
     let lines = Some(LinesJob { x: list(0), y: list(1), z: list(2) });
     let geometries = geometries.collect();
     Some((bodies, set!(Job { lines, rule: case.rule, geometries, ..Job::default() }), random))

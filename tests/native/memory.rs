@@ -150,7 +150,7 @@ fn doubtful_cells_on_rays_that_an_interrupted_mesh_has_kept_are_found_again() {
     let job = long_job();
     let mut open = sources(&job);
     let solid = &mut open[0].contents.solids[0];
-    solid.facets = solid.facets[20..].to_vec().into();
+    solid.facets = solid.facets.slice()[20..].to_vec().into();
     let run = |spill: SpillTarget, control: &Control| {
         let options = MeshOptions::default().with_spill(spill);
         pollster::block_on(pipeline::mesh(&job, open.clone(), &options, &mut Engine::cpu(), control))

@@ -151,7 +151,7 @@ fn held(memory: &Memory) -> u64 {
 }
 
 /// What the command says, its exit code, and the most bytes that it held, looked at every other millisecond.
-fn watched(arguments: &[&str]) -> (i32, String, u64) {
+pub(crate) fn watched(arguments: &[&str]) -> (i32, String, u64) {
     watched_on(2, arguments)
 }
 
@@ -242,7 +242,7 @@ fn a_count_that_does_not_fit_is_refused_before_the_facets_are_read() {
     file.write_all(&[[0; 80].as_slice(), &20_000_000u32.to_le_bytes()].concat()).expect("written");
     // a hole as long as the facets
     file.set_len(84 + 50 * 20_000_000).expect("made longer");
-    let (code, said, peak) = watched(&["mesh", &name, "--backend", "cpu", "--max-memory", "280MiB"]);
+    let (code, said, peak) = watched(&["info", &name, "--max-memory", "280MiB"]);
     assert!(
         code == 5 && said.contains("announces 20000000 facets") && said.contains("take 720.00 MB"),
         "{code}: {said}"

@@ -262,7 +262,7 @@ fn snapped(geometry: &Geometry, lines: &Lines, fraction_bits: u64) -> Vec<[Vecto
     let snap = |corner: [f32; 3]| {
         cells_from_file(geometry, corner, lines).map(|u| rounded(exact(u), F64_PLACES - fraction_bits))
     };
-    geometry.facets.iter().map(|facet| facet.map(snap)).collect()
+    geometry.facets.slice().iter().map(|facet| facet.map(snap)).collect()
 }
 
 fn fraction_bits(geometries: &[Geometry], lines: &Lines) -> u64 {
@@ -272,7 +272,7 @@ fn fraction_bits(geometries: &[Geometry], lines: &Lines) -> u64 {
         let last = *middles(lines, axis).last().unwrap();
         let mut places = vec![BigInt::ZERO, exact(last)];
         for geometry in geometries {
-            let corners = geometry.facets.iter().flatten();
+            let corners = geometry.facets.slice().iter().flatten();
             places.extend(corners.map(|&corner| exact(cells_from_file(geometry, corner, lines)[axis])));
         }
         let (low, high) = (places.iter().min().unwrap(), places.iter().max().unwrap());

@@ -60,7 +60,7 @@ fn same_cases(expected: &Case, actual: &Case, law: &str) -> Result<(), TestCaseE
 fn with_corners(case: &Case, place: impl Fn(models::Point) -> models::Point) -> Case {
     let mut placed = case.clone();
     for geometry in &mut placed.geometries {
-        geometry.facets = models::mapped(&geometry.facets, &place).into();
+        geometry.facets = models::mapped(geometry.facets.slice(), &place).into();
     }
     placed
 }
@@ -82,7 +82,7 @@ proptest! {
         let mut random = Random::new(seed);
         let mut shuffled = case.clone();
         for geometry in &mut shuffled.geometries {
-            geometry.facets = soups::shuffled(geometry.facets.to_vec(), &mut random).into();
+            geometry.facets = soups::shuffled(geometry.facets.slice().to_vec(), &mut random).into();
         }
         same_cases(&case, &shuffled, "shuffled")?;
     }
@@ -93,7 +93,7 @@ proptest! {
         let case = Case { rule: Rule::Parity, ..case };
         let mut turned = case.clone();
         for geometry in &mut turned.geometries {
-            let mut facets = geometry.facets.to_vec();
+            let mut facets = geometry.facets.slice().to_vec();
             for facet in &mut facets {
                 if random.below(2) == 0 {
                     facet.swap(1, 2);
@@ -108,7 +108,7 @@ proptest! {
     fn turning_whole_geometries_changes_nothing(case in soups_of_any_seed()) {
         let mut turned = case.clone();
         for geometry in &mut turned.geometries {
-            geometry.facets = models::flipped(geometry.facets.to_vec()).into();
+            geometry.facets = models::flipped(geometry.facets.slice().to_vec()).into();
         }
         same_cases(&case, &turned, "inside out")?;
     }

@@ -176,7 +176,8 @@ fn sheets_are_the_faces_whose_links_they_cross_and_their_edges_have_their_flag()
         let geometries = [Geometry::new("s", 1, facets).unwrap(), Geometry::new("b", 2, solid).unwrap()];
         let (snapped, _) = oracle::snapped_all(&geometries, &lines);
         let all_facets =
-            [Geometry::new("all", 1, geometries.iter().flat_map(|of| of.facets.to_vec()).collect::<Facets>()).unwrap()];
+            [Geometry::new("all", 1, geometries.iter().flat_map(|of| of.facets.slice().to_vec()).collect::<Facets>())
+                .unwrap()];
         let bits = oracle::snapped_facets(&all_facets[0], &lines).1;
         let inside =
             COMPONENTS.map(|(_, at)| oracle::insides_around(&geometries, &lines, Rule::Parity, at).swap_remove(1));

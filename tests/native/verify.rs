@@ -121,7 +121,7 @@ fn the_case_table_is_verified() {
             axis: AXES[index / 3 % 3],
             ..Job::default()
         });
-        let surfaces: Vec<Facets> = geometries.iter().map(|geometry| geometry.facets.to_vec()).collect();
+        let surfaces: Vec<Facets> = geometries.iter().map(|geometry| geometry.facets.slice().to_vec()).collect();
         Meshed::new(&surfaces, job).is_right(&case.name);
         n_checked += 1;
     }
@@ -137,7 +137,7 @@ fn holes_ties_and_every_policy_are_verified() {
         let geometries = std::mem::take(&mut case.geometries);
         let surfaces: Vec<Facets> = geometries
             .iter()
-            .map(|geometry| without(&geometry.facets, [0.15, 0.4][seed as usize % 2], random.below(1 << 40)))
+            .map(|geometry| without(geometry.facets.slice(), [0.15, 0.4][seed as usize % 2], random.below(1 << 40)))
             .collect();
         if surfaces.iter().any(Vec::is_empty) {
             continue;
@@ -195,7 +195,7 @@ fn surfaces_without_sides_and_turned_facets_are_verified() {
 fn models_placings_and_lines_are_verified() {
     let facets_of = |file: &str| -> Facets {
         let solids = read_bytes(&std::fs::read(file).expect("a fixture")).expect("an STL").solids;
-        solids.iter().flat_map(|solid| solid.facets.to_vec()).collect()
+        solids.iter().flat_map(|solid| solid.facets.slice().to_vec()).collect()
     };
     let (spot, part) = (facets_of(SPOT), facets_of("tests/fixtures/featuretype.stl"));
     let torn = without(&spot, 0.02, 1);

@@ -36,7 +36,7 @@ fn error_over_bound(geometry: &Geometry, lines: &Lines) -> Option<f64> {
     }
     let winding = oracle::sum_of_windings(geometry, lines, range);
     let of_cells = winding as f64 * lines.cell_volume().unwrap();
-    let of_surface = models::signed_volume(&geometry.facets) * geometry.world_from_file.determinant();
+    let of_surface = models::signed_volume(geometry.facets.slice()) * geometry.world_from_file.determinant();
     let bound = volume_bound(&frame.facets, frame.fraction_bits, lines.cell_volume().unwrap(), of_surface.abs());
     let error = (of_cells - of_surface).abs();
     // both sums of volumes are in f64

@@ -148,10 +148,15 @@ pub struct Answer {
 
 impl Answer {
     /// Names the facets of `surfaces`, if any are given.
-    pub fn new(leak: Leak, mesh: &Mesh, surfaces: Option<&[Geometry]>) -> Answer {
+    ///
+    /// # Errors
+    /// `io` where facets stay in their file, and that cannot be read again.
+    pub fn new(leak: Leak, mesh: &Mesh, surfaces: Option<&[Geometry]>) -> Result<Answer> {
         let around = leak.narrowest.as_ref().map(|place| place.bounds_with(&mesh.lines, CELLS_AROUND));
-        let near = |surfaces: &[Geometry]| around.map_or_else(Vec::new, |around| facets_near(surfaces, around));
-        Answer { is_tight: leak.path.is_none(), unit: mesh.unit.clone(), facets: surfaces.map(near), leak }
+        let near =
+            |surfaces: &[Geometry]| around.map_or_else(|| Ok(Vec::new()), |around| facets_near(surfaces, around));
+        let facets = surfaces.map(near).transpose()?;
+        Ok(Answer { is_tight: leak.path.is_none(), unit: mesh.unit.clone(), facets, leak })
     }
 }
 

@@ -186,10 +186,10 @@ impl Stages<'_> {
     /// What meshing took of memory.
     fn peak_bytes(&self) -> PeakBytes {
         let Stages { task, cut, meshed, .. } = self;
-        let n_facets: usize = task.prepared.geometries.iter().map(|geometry| geometry.facets.len()).sum();
+        let read: u64 = task.prepared.geometries.iter().map(|geometry| geometry.facets.n_bytes()).sum();
         let snapped = |frame: &Frame| 36 * frame.facets.capacity() + 2 * frame.position_of_facet.capacity();
         let of_uncut = cut.uncut.as_ref().map_or(0, |(_, uncut)| snapped(uncut));
-        let facet_bytes = (36 * n_facets + snapped(&cut.frame) + of_uncut) as u64;
+        let facet_bytes = read + (snapped(&cut.frame) + of_uncut) as u64;
         let meshing = facet_bytes + meshed.used.host_bytes + meshed.overlay_bytes + meshed.columns_peak;
         PeakBytes { host: None, meshing, device: meshed.used.device_bytes, spilled: 0 }
     }

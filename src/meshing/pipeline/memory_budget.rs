@@ -14,7 +14,7 @@ use hexcast_core::base::memory::Memory;
 use hexcast_core::cells::columns::{ColumnsBuilder, Head, Named};
 use hexcast_core::grid::closed::Closed;
 use hexcast_core::grid::frame::Frame;
-use hexcast_core::input::geometry::{Fill, Open};
+use hexcast_core::input::geometry::{Fill, Open, SharedFacets};
 use hexcast_core::input::job::{BackendChoice, ByteSize, Job};
 use hexcast_core::set;
 
@@ -35,8 +35,10 @@ const TURNED_BYTES: u64 = 280;
 pub(super) fn memory_of(job: &Job, options: &MeshOptions, prepared: &Prepared, control: &Control) -> Result<Memory> {
     let max_bytes = job.max_memory.map_or(DEFAULT_MAX_BYTES, |size| size.0);
     let memory = control.memory.again(max_bytes, options.program_bytes);
-    let n_facets: usize = prepared.geometries.iter().map(|geometry| geometry.facets.len()).sum();
-    memory.take_held(READ_BYTES * n_facets as u64, "the facets as they were read")?.keep();
+    let facets = || prepared.geometries.iter().map(|geometry| &geometry.facets);
+    memory.take_held(facets().map(SharedFacets::n_bytes).sum(), "the facets as they were read")?.keep();
+    let of_chunk = facets().map(SharedFacets::chunk_bytes).max().unwrap_or(0);
+    memory.take(of_chunk, "facets that are read again, some at a time,")?.keep();
     Ok(memory)
 }
 
@@ -65,7 +67,8 @@ pub(super) fn check_copies(
     memory.check(bytes, "copies of facets, for open, filled, inverted or measured geometries and windows,")
 }
 
-/// Compares the estimate of a job with the memory allowed, of which open geometries and cells along surfaces take `parts_bytes`.
+/// Compares the estimate of a job with the memory allowed, of which open geometries and cells along surfaces take `parts_bytes`; the facets of the
+/// frame are cast.
 ///
 /// # Errors
 /// `memory`; `cancelled`.
@@ -73,7 +76,7 @@ pub(super) async fn memory_budget(
     job: &Job,
     options: &MeshOptions,
     prepared: &Prepared,
-    (engine, parts_bytes): (&Engine, u64),
+    (engine, frame, parts_bytes): (&Engine, &Frame, u64),
     control: &Control,
 ) -> Result<MemoryBudget> {
     let max_bytes = job.max_memory.map_or(DEFAULT_MAX_BYTES, |size| size.0);
@@ -96,7 +99,12 @@ pub(super) async fn memory_budget(
     if max_bytes == u64::MAX && !can_spill {
         return Ok(MemoryBudget::unlimited(&prepared.rays, max_device_bytes));
     }
-    let estimate = Estimate::with_rests(&prepared.geometries, &prepared.lines, &prepared.rays, control).await?;
+    let (geometries, lines, rays) = (&prepared.geometries, &prepared.lines, &prepared.rays);
+    let is_cast_whole = parts_bytes == 0 && prepared.window.is_none() && !frame.is_graded();
+    let estimate = match is_cast_whole {
+        true => Estimate::of_frame(frame, geometries, lines, rays),
+        false => Estimate::with_rests(geometries, lines, rays, control).await?,
+    };
     let allowed = Allowed::new(max_bytes).with_program_bytes(options.program_bytes + parts_bytes);
     let allowed = allowed.with_device(engine.device(), max_device_bytes).with_spill(can_spill);
     let allowed = allowed.with_rays(job.rule, prepared.geometries.len(), prepared.rays.depth);
@@ -124,34 +132,36 @@ pub(super) fn columns_builder(
         SpillTarget::None => Ok(ColumnsBuilder::new(rays, max_bytes, None)),
         SpillTarget::Temporary(store) => Ok(ColumnsBuilder::new(rays, max_bytes, Some((head(None)?, store.clone())))),
         SpillTarget::Resumable(store) => {
-            ColumnsBuilder::resume(rays, max_bytes, head(Some(identity(job, prepared, inputs)))?, store.clone())
+            ColumnsBuilder::resume(rays, max_bytes, head(Some(identity(job, prepared, inputs)?))?, store.clone())
         }
     }
 }
 
 /// Hashes everything that decides the columns: the version, the job without backend and memory, the hashes of its files, or of all
 /// facets where some were in memory, the lines and the rays.
-fn identity(job: &Job, prepared: &Prepared, inputs: &[InputReport]) -> [u8; 32] {
+fn identity(job: &Job, prepared: &Prepared, inputs: &[InputReport]) -> Result<[u8; 32]> {
     // gaps are closed in finished columns
     let job =
         set!(Job { close_gaps: None, gap_flag: None, certify: false, quick: false, thin_cells: None, ..job.clone() });
     let job = set!(Job { backend: BackendChoice::Auto, max_memory: None, max_cells: None, unit: None, ..job });
-    let files: Vec<String> =
-        inputs.iter().map(|input| input.sha256.clone().unwrap_or_else(|| hash_of_facets(prepared))).collect();
+    let hash = |input: &InputReport| input.sha256.clone().map_or_else(|| hash_of_facets(prepared), Ok);
+    let files: Vec<String> = inputs.iter().map(hash).collect::<Result<_>>()?;
     let facts = [
         env!("CARGO_PKG_VERSION").to_string(),
         job.to_json(),
         files.join(" "),
         format!("{:?} {:?}", prepared.lines, prepared.rays),
     ];
-    Sha256::digest(facts.join("\n")).into()
+    Ok(Sha256::digest(facts.join("\n")).into())
 }
 
 /// SHA-256 of the facets of all geometries: their numbers, 4 bytes each, little-endian.
-fn hash_of_facets(prepared: &Prepared) -> String {
+fn hash_of_facets(prepared: &Prepared) -> Result<String> {
     let mut hash = Sha256::new();
-    for facet in prepared.geometries.iter().flat_map(|geometry| geometry.facets.iter()) {
-        hash.update(facet.as_flattened().iter().flat_map(|number| number.to_le_bytes()).collect::<Vec<u8>>());
+    for geometry in &prepared.geometries {
+        geometry.facets.for_each(|facet| {
+            hash.update(facet.as_flattened().iter().flat_map(|number| number.to_le_bytes()).collect::<Vec<u8>>());
+        })?;
     }
-    hex(&hash.finalize())
+    Ok(hex(&hash.finalize()))
 }

@@ -205,7 +205,7 @@ pub(super) fn geometries_without_cells(
         }
         let cause = if let Some(cause) = outside(bounding_box, &prepared.whole) {
             Some(cause)
-        } else if geometry.facets.iter().all(is_degenerate) {
+        } else if has_no_area(geometry)? {
             Some(Cause::new("no-cell-no-area", "none of its facets has an area; repair the file"))
         } else if geometry.fill != Fill::Centre {
             cause_of_filled(geometry, prepared, mesh)?
@@ -306,6 +306,12 @@ fn outside([low, high]: [[f64; 3]; 2], lines: &Lines) -> Option<Cause> {
     Some(Cause { axis: Some(axis), values, ..Cause::new("no-cell-outside", text) })
 }
 
+fn has_no_area(geometry: &Geometry) -> Result<bool> {
+    let mut has_none = true;
+    geometry.facets.for_each(|facet| has_none &= is_degenerate(facet))?;
+    Ok(has_none)
+}
+
 fn is_degenerate([a, b, c]: &Facet) -> bool {
     let side = |to: &[f32; 3]| [0, 1, 2].map(|axis| f64::from(to[axis]) - f64::from(a[axis]));
     let ([ux, uy, uz], [vx, vy, vz]) = (side(b), side(c));
@@ -350,7 +356,8 @@ const N_FACETS: usize = 64;
 fn cause_of_filled(geometry: &Geometry, prepared: &Prepared, mesh: &Mesh) -> Result<Option<Cause>> {
     let lines = &prepared.whole;
     let mut is_here = false;
-    for corners in geometry.facets.iter().step_by(geometry.facets.len() / N_FACETS + 1) {
+    let facets = geometry.facets.in_memory("the cells along a surface")?;
+    for corners in facets.iter().step_by(facets.len() / N_FACETS + 1) {
         let place = [0, 1, 2].map(|axis| {
             let middle = corners.iter().map(|corner| f64::from(corner[axis])).sum::<f64>() / 3.0;
             lines.position(axis, middle).floor()

@@ -64,7 +64,7 @@ fn in_slices(bytes: &[u8], mut size: impl FnMut() -> usize) -> Result<Contents> 
 fn rewritten(contents: &Contents) -> Vec<u8> {
     let mut bytes = vec![b' '; 80];
     bytes.extend((contents.n_facets as u32).to_le_bytes());
-    for facet in contents.solids.iter().flat_map(|solid| solid.facets.iter()) {
+    for facet in contents.solids.iter().flat_map(|solid| solid.facets.slice().iter()) {
         let numbers = [0.0; 3].iter().chain(facet.as_flattened());
         numbers.for_each(|number: &f32| bytes.extend(number.to_le_bytes()));
         bytes.extend([0; 2]);
@@ -99,7 +99,7 @@ pub(super) fn check_within(bytes: &[u8], per_byte: u64) -> String {
     assert!(n_facets > 0 && n_facets as u64 == contents.n_facets && contents.n_bytes == n_bytes);
     for solid in &contents.solids {
         assert!(!solid.facets.is_empty());
-        assert!(solid.facets.as_flattened().as_flattened().iter().all(|number| number.is_finite()));
+        assert!(solid.facets.slice().as_flattened().as_flattened().iter().all(|number| number.is_finite()));
     }
     assert!(
         [contents.wrong_normals, contents.zero_normals, contents.zero_area].iter().all(|n| *n <= contents.n_facets)
@@ -110,8 +110,8 @@ pub(super) fn check_within(bytes: &[u8], per_byte: u64) -> String {
     }
     let again = read_bytes(&rewritten(&contents)).expect("the facets as a binary file");
     assert_eq!((again.format, again.zero_area), (Format::StlBinary, contents.zero_area));
-    let facets: Vec<_> = contents.solids.iter().flat_map(|solid| solid.facets.iter().copied()).collect();
-    assert_eq!(*again.solids[0].facets, facets);
+    let facets: Vec<_> = contents.solids.iter().flat_map(|solid| solid.facets.slice().iter().copied()).collect();
+    assert_eq!(*again.solids[0].facets.slice(), facets);
     format!(
         "{}: {} solids, {} facets, {} warnings, {:?}",
         contents.format.name(),

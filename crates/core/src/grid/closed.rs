@@ -127,6 +127,11 @@ impl Hashes {
         Hashes { odd, surplus, forward, starts }
     }
 
+    /// Bytes that they take.
+    pub(crate) fn bytes(&self) -> u64 {
+        (size_of::<Hashes>() + size_of_val(&self.forward[..])) as u64
+    }
+
     /// Those of some parts.
     fn of_parts(&self, parts: &Range<usize>) -> &[u64] {
         &self.forward[self.starts[parts.start] as usize..self.starts[parts.end] as usize]

@@ -72,6 +72,7 @@ impl Frame {
     /// - `too-many-facets`: more than 2^31 in all.
     /// - `too-many-cells`: an axis has more than [`MAX_CELLS_PER_AXIS`] cells.
     /// - `geometry-too-far`: F would be under [`MIN_FRACTION_BITS`]; names the geometry.
+    /// - `memory`: facets stay in their file.
     pub fn new(geometries: &[Geometry], lines: &Lines) -> Result<Frame> {
         let mut frame = Frame::without_facets(geometries, lines)?;
         if geometries.len() > MAX_RANKS {
@@ -79,7 +80,7 @@ impl Frame {
         }
         for (position, &index) in frame.ranks.geometry_at.clone().iter().enumerate() {
             let geometry = &geometries[index];
-            frame.facets.par_extend(frame.snapped(geometry, &geometry.facets, lines));
+            frame.facets.par_extend(frame.snapped(geometry, geometry.facets.in_memory("the frame of all")?, lines));
             frame.position_of_facet.resize(frame.facets.len(), position as u16);
         }
         Ok(frame)

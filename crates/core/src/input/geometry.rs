@@ -10,11 +10,13 @@ use crate::base::error::{Error, Result};
 mod facets;
 mod measures;
 
-pub use facets::{Facet, SharedFacets};
+use facets::Measures;
+pub use facets::{Chunks, Facet, SharedFacets};
+pub(crate) use facets::{InFile, READ_AT_ONCE};
 pub use hexcast_job::input::choices::material::Material;
 pub use hexcast_job::input::choices::placing::Placing;
 pub use hexcast_job::input::choices::{Fill, MAX_GEOMETRIES, Open, Sizing};
-use measures::Measures;
+use measures::measures;
 
 /// Most names that are joined.
 const MAX_NAMES: usize = 64;
@@ -139,7 +141,7 @@ impl Geometry {
     }
 
     fn measures(&self) -> Measures {
-        // nothing cancels it
+        // nothing cancels it, and what stays in its file was measured before
         let measured = || at_once(self.measured(&Control::default())).unwrap_or_default();
         self.facets.kept(self.world_from_file).unwrap_or_else(measured)
     }
@@ -147,10 +149,10 @@ impl Geometry {
     /// Measures it, and keeps what was found, for whoever asks next.
     ///
     /// # Errors
-    /// `cancelled`.
+    /// `cancelled`; `io` where its facets stay in their file, and that cannot be read again.
     #[doc(hidden)]
     pub async fn measured(&self, control: &Control) -> Result<Measures> {
-        let measures = Measures::new(&self.facets, self.world_from_file, control).await?;
+        let measures = measures(&self.facets, self.world_from_file, control).await?;
         self.facets.keep(self.world_from_file, measures);
         Ok(measures)
     }
@@ -195,7 +197,7 @@ mod tests {
                         let geometry = Geometry { world_from_file: placing, ..Geometry::new("g", 1, facets).unwrap() };
                         (geometry.bounding_box(), geometry.signed_volume())
                     };
-                    assert_eq!(of(part.clone()), of(part.to_vec().into()));
+                    assert_eq!(of(part.clone()), of(part.slice().to_vec().into()));
                 }
             }
         }

@@ -6,8 +6,11 @@
 //! file's normals are compared with the corners' and then dropped.
 //!
 //! Memory: of STL 36 bytes a facet, at most three times that while the list of an ASCII file grows, and one line or record; of the others
-//! the file and its corners, too. All of it is counted against a limit ([`Memory`]) before it is allocated. The number of facets that a header
+//! the file and its corners, too. A binary STL whose facets would take more than half of the memory stays in its file, if it can be read again
+//! ([`Reader::again`]). All of it is counted against a limit ([`Memory`]) before it is allocated. The number of facets that a header
 //! announces must fit the length of the file, too.
+
+use std::sync::Arc;
 
 use crate::base::error::{Error, Result};
 use crate::base::memory::Memory;
@@ -25,6 +28,8 @@ mod polygons;
 mod sniff;
 mod stl_ascii;
 mod stl_binary;
+mod stl_in_file;
+mod stl_record;
 mod text;
 mod threemf;
 mod whole;
@@ -32,6 +37,9 @@ mod words;
 mod xml_events;
 
 pub use contents::{Contents, Format, Solid};
+pub use stl_in_file::ReadAt;
+
+use stl_in_file::Again;
 
 /// Reads a file that comes in chunks.
 ///
@@ -52,6 +60,7 @@ pub struct Reader {
     n_bytes: u64,
     n_seen: u64,
     memory: Memory,
+    again: Option<Again>,
     stage: Stage,
     failed: Option<Error>,
 }
@@ -73,7 +82,14 @@ impl Reader {
 
     /// The same within a limit of memory: what does not fit is refused before it is read. What was read stays held as long as there is the limit.
     pub fn within(n_bytes: u64, memory: &Memory) -> Reader {
-        Reader { n_bytes, n_seen: 0, memory: memory.clone(), stage: Stage::Head(Vec::new()), failed: None }
+        let memory = memory.clone();
+        Reader { n_bytes, n_seen: 0, memory, again: None, stage: Stage::Head(Vec::new()), failed: None }
+    }
+
+    /// Lets the facets of a binary STL stay in its file, where they would take more than half of the memory that is left: they are read again
+    /// whenever they are looked at. `name` is that of the file in errors.
+    pub fn again(self, name: &str, file: Arc<dyn ReadAt>) -> Reader {
+        Reader { again: Some(Again { name: name.to_string(), file }), ..self }
     }
 
     /// Takes the next bytes of the file: any number, also none. After an error every later call returns it again.
@@ -115,7 +131,7 @@ impl Reader {
         }
         if let Stage::Head(head) = &mut self.stage {
             let head = std::mem::take(head);
-            self.stage = open(&head, self.n_bytes, &self.memory)?;
+            self.stage = open(&head, self.n_bytes, (&self.memory, self.again.take()))?;
         }
         match self.stage {
             Stage::Binary(parser) => parser.finish(),
@@ -141,7 +157,7 @@ impl Reader {
                 return Ok(());
             }
             let head = std::mem::take(head);
-            self.stage = open(&head, self.n_bytes, &self.memory)?;
+            self.stage = open(&head, self.n_bytes, (&self.memory, self.again.take()))?;
         }
         match &mut self.stage {
             Stage::Binary(parser) => parser.push(chunk),
@@ -153,7 +169,7 @@ impl Reader {
 }
 
 /// Chooses the parser by the first bytes and gives them to it.
-fn open(head: &[u8], n_bytes: u64, memory: &Memory) -> Result<Stage> {
+fn open(head: &[u8], n_bytes: u64, (memory, again): (&Memory, Option<Again>)) -> Result<Stage> {
     let format = sniff::format(head, n_bytes)?;
     if !matches!(format, Format::StlBinary | Format::StlAscii) {
         let mut parser = whole::Parser::new(format, n_bytes, memory)?;
@@ -161,8 +177,8 @@ fn open(head: &[u8], n_bytes: u64, memory: &Memory) -> Result<Stage> {
         return Ok(Stage::Whole(parser));
     }
     if format == Format::StlBinary {
-        let mut parser = Box::new(stl_binary::Parser::new(head, n_bytes, memory)?);
-        parser.push(&head[stl_binary::HEADER..])?;
+        let mut parser = Box::new(stl_binary::Parser::new(head, n_bytes, (memory, again))?);
+        parser.push(&head[stl_record::HEADER..])?;
         return Ok(Stage::Binary(parser));
     }
     let mut parser = Box::new(stl_ascii::Parser::within(memory));

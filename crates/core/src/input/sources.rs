@@ -4,18 +4,19 @@
 //! geometry, unless the job takes one solid or splits them.
 
 use std::io::{ErrorKind, Read};
+use std::sync::Arc;
 
 use sha2::{Digest, Sha256};
 
 use crate::base::checksum::hex;
-use crate::base::control::Control;
+use crate::base::control::{Control, at_once};
 use crate::base::error::{Error, Result};
 use crate::base::finding::{Finding, Remedy};
 use crate::base::length::Length;
 use crate::base::parallel::beside;
 use crate::input::geometry::{Facet, Fill, Geometry, SharedFacets};
 use crate::input::job::{GeometryJob, Job};
-use crate::input::read::{Contents, Format, Reader, Solid};
+use crate::input::read::{Contents, Format, ReadAt, Reader, Solid};
 use crate::input::surface::doubled_area_vector;
 use hexcast_job::input::choices::check_n_geometries;
 
@@ -46,8 +47,26 @@ impl Source {
     /// Those of [`Reader::push`] and [`Reader::finish`]; `io` where `input` fails; `cancelled`, looked at before every chunk. All but
     /// `cancelled` name the file.
     pub fn read(file: impl Into<String>, n_bytes: u64, input: &mut dyn Read, control: &Control) -> Result<Source> {
+        let reader = Reader::within(n_bytes, &control.memory);
+        Source::read_with(reader, file.into(), input, control)
+    }
+
+    /// The same of a file that can be read again, so that its facets need not be in memory: see [`Reader::again`].
+    ///
+    /// # Errors
+    /// Those of [`Source::read`].
+    pub fn read_again(
+        file: impl Into<String>,
+        n_bytes: u64,
+        (input, again): (&mut dyn Read, Arc<dyn ReadAt>),
+        control: &Control,
+    ) -> Result<Source> {
         let file = file.into();
-        let mut reader = Reader::within(n_bytes, &control.memory);
+        let reader = Reader::within(n_bytes, &control.memory).again(&file, again);
+        Source::read_with(reader, file, input, control)
+    }
+
+    fn read_with(mut reader: Reader, file: String, input: &mut dyn Read, control: &Control) -> Result<Source> {
         let mut hash = Sha256::new();
         let mut next_chunk = |chunk: &mut Vec<u8>| -> Result<usize> {
             control.check()?;
@@ -83,10 +102,10 @@ impl Source {
         if facets.is_empty() {
             return Err(Error::new("stl-empty", format!("{file}: there are no facets"), "give at least one"));
         }
+        let zero_area = facets.iter().filter(|facet| doubled_area_vector(facet) == [0.0; 3]).count() as u64;
         let facets = SharedFacets::from(facets);
         facets.check_finite(&file)?;
         let (n_facets, n_bytes) = (facets.len() as u64, 36 * facets.len() as u64);
-        let zero_area = facets.iter().filter(|facet| doubled_area_vector(facet) == [0.0; 3]).count() as u64;
         let contents = Contents {
             format: Format::Facets,
             n_facets,
@@ -109,7 +128,7 @@ impl Source {
 ///
 /// # Errors
 /// `job-conflict`: another number of sources than of entries; those of [`Geometry::new`]; `job-value`: a solid that the file does not have, or a flag past 255;
-/// `too-many-geometries`.
+/// `too-many-geometries`; `io` where facets stay in their file, and that cannot be read again.
 pub fn geometries(job: &Job, sources: Vec<Source>) -> Result<Vec<Geometry>> {
     let (n_wanted, n_found) = (job.geometries.len(), sources.len());
     if n_wanted != n_found {
@@ -148,6 +167,10 @@ pub fn geometries(job: &Job, sources: Vec<Source>) -> Result<Vec<Geometry>> {
                 fill => fill,
             };
             geometry.world_from_file = entry.world_from_file();
+            if geometry.facets.n_bytes() == 0 {
+                // what stays in its file is measured once, here, where it can fail
+                at_once(geometry.measured(&Control::default()))?;
+            }
             geometries.push(geometry);
         }
     }
@@ -331,7 +354,7 @@ mod tests {
         let made =
             geometries(&set!(Job { geometries: vec![GeometryJob::new("part")], ..Job::default() }), vec![source])
                 .unwrap();
-        assert_eq!((made[0].name.as_str(), &made[0].facets[1]), ("part", &facet(1.5)));
+        assert_eq!((made[0].name.as_str(), &made[0].facets.slice()[1]), ("part", &facet(1.5)));
         assert_eq!(Source::from_facets("part", vec![]).unwrap_err().code(), "stl-empty");
         let error = Source::from_facets("part", vec![facet(0.0), facet(f32::NAN)]).unwrap_err();
         assert_eq!((error.code(), error.to_string().as_str()), ("stl-not-finite", "part: number 2 of facet 1 is NaN"));

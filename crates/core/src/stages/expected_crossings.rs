@@ -6,11 +6,12 @@
 use crate::base::control::Control;
 use crate::base::error::Result;
 use crate::base::parallel::*;
+use crate::grid::frame::{Frame, SnappedFacet};
 use crate::grid::lines::Lines;
 use crate::grid::rays::Rays;
 use crate::input::geometry::{Facet, Geometry};
 use crate::stages::cast::sizes::BIN;
-use crate::stages::cpu;
+use crate::stages::{cpu, facet};
 
 /// Facets between two rests: some tens of milliseconds. A multiple of the facets that are summed first.
 const FACETS_AT_ONCE: usize = 32 * SUMMED_AT_ONCE;
@@ -35,16 +36,55 @@ pub struct Sums {
 /// What the rays are expected to meet, with a rest after some facets.
 ///
 /// # Errors
-/// `cancelled`.
+/// `cancelled`; `io` where facets stay in their file, and that cannot be read again.
 pub async fn expected(geometries: &[Geometry], lines: &Lines, rays: &Rays, control: &Control) -> Result<Sums> {
     let mut sums = Sums::default();
     for geometry in geometries {
-        for facets in geometry.facets.chunks(FACETS_AT_ONCE) {
+        let mut chunks = geometry.facets.chunks(FACETS_AT_ONCE);
+        while let Some(facets) = chunks.next_some()? {
             sums.add_facets(geometry, facets, lines, rays);
             control.rest().await?;
         }
     }
     Ok(sums)
+}
+
+/// The same of snapped facets in equal cells, where those that no ray may hit are gone: each is crossed by that share of the rays under its box
+/// which it has of the area of the box.
+pub fn expected_of_frame(frame: &Frame, rays: &Rays) -> Sums {
+    let (cell, rows) = (f64::from(1u32 << frame.fraction_bits), cpu::rows_of_strip(rays));
+    let last = frame.centre(rays.axis, rays.depth - 1);
+    let bins = |[first, last]: [u32; 2], of: u32| f64::from(last / of - first / of + 1);
+    let of_block = |block: &[SnappedFacet]| {
+        let mut sums = Sums::default();
+        for facet in block {
+            let Some([across, down]) = facet::rays_under(facet, frame, rays) else { continue };
+            let [a, b, c] = [rays.project(facet[0]), rays.project(facet[1]), rays.project(facet[2])];
+            let [u, v] = [difference(b, a), difference(c, a)];
+            let area = 0.5 * (u[0] * v[1] - u[1] * v[0]).abs() / (cell * cell);
+            let extent = |axis: usize| f64::from(a[axis].max(b[axis]).max(c[axis]) - a[axis].min(b[axis]).min(c[axis]));
+            let of_box = extent(0) * extent(1) / (cell * cell);
+            if area > 0.0 {
+                let n_rays = f64::from(across[1] - across[0] + 1) * f64::from(down[1] - down[0] + 1);
+                let crossings = n_rays * area / of_box;
+                sums.crossings += crossings;
+                sums.runs += if a[2].min(b[2]).min(c[2]) > last { 0.0 } else { crossings };
+                sums.strip_facets += bins(down, rows);
+                sums.bin_facets += bins(across, BIN) * bins(down, BIN);
+                sums.facets += 1.0;
+            }
+        }
+        sums
+    };
+    let blocks: Vec<Sums> = on_all_cores(|| frame.facets.par_chunks(SUMMED_AT_ONCE).map(of_block).collect());
+    let mut sums = Sums::default();
+    blocks.iter().for_each(|block| sums.add(block));
+    sums
+}
+
+#[inline(always)]
+fn difference(a: [i32; 3], b: [i32; 3]) -> [f64; 2] {
+    [f64::from(a[0]) - f64::from(b[0]), f64::from(a[1]) - f64::from(b[1])]
 }
 
 impl Sums {

@@ -4,7 +4,7 @@
 //! Geometries, lines, rays -> [`Snapped`]. The frame has all facets, or only those whose boxes contain a ray: no ray hits the
 //! others. So a fine surface in a coarse mesh loses nearly all of its facets here.
 //!
-//! Cost: some 70 ns per facet on one core; 38 bytes per facet that stays, and for a moment 12 bytes per facet of one geometry. Facets are snapped to
+//! Cost: some 70 ns per facet on one core; 38 bytes per facet that stays, and for a moment 12 bytes, the hashes of its edges, per facet of one geometry. Facets are snapped to
 //! where they stay; those that do not leave at once.
 
 use std::ops::Range;
@@ -24,9 +24,10 @@ use crate::stages::facet::rays_under;
 
 /// Facets between two rests: so few that they are in the cache when their edges are hashed. A multiple of those that sums take together.
 const FACETS_AT_ONCE: usize = 1 << 16;
-/// Bytes of a snapped facet, and of one while the edges of its geometry are compared.
+/// Bytes of a snapped facet.
 const SNAPPED_BYTES: u64 = 38;
-const EDGE_BYTES: u64 = 20;
+/// Bytes of the hashes of the edges of a facet, at most, while they are made: two, and these in parts.
+const HASHED_BYTES: u64 = 32;
 /// What errors of memory call them.
 const SNAPPED: &str = "the snapped facets and their edges";
 
@@ -93,7 +94,8 @@ impl Snapped {
 /// may reach far beyond it.
 ///
 /// # Errors
-/// Those of [`Frame::new`]; `too-many-geometries` where too many lie over one another; `memory`; `cancelled`.
+/// Those of [`Frame::new`]; `too-many-geometries` where too many lie over one another; `memory`; `cancelled`; `io` where facets stay in their
+/// file, and that cannot be read again.
 pub async fn snapped(
     geometries: &[Geometry],
     lines: &Lines,
@@ -102,9 +104,8 @@ pub async fn snapped(
     control: &Control,
 ) -> Result<(Snapped, Held)> {
     let n_facets = geometries.iter().map(|geometry| geometry.facets.len());
-    let (n_all, n_most) = (n_facets.clone().sum::<usize>(), n_facets.max().unwrap_or(0));
-    let of_edges = EDGE_BYTES * n_most as u64;
-    let mut room = memory.take(of_edges, SNAPPED)?;
+    let n_all: usize = n_facets.sum();
+    let mut room = memory.take(0, SNAPPED)?;
     // where no ray is asked for, all stay
     let least = if rays.is_none() { SNAPPED_BYTES * n_all as u64 } else { 0 };
     let mut snapped = Snapped::new(geometries, lines)?;
@@ -113,13 +114,17 @@ pub async fn snapped(
     let mut pace = Paced::new(control, FACETS_AT_ONCE);
     for (position, index) in snapped.frame.ranks.geometry_at.clone().into_iter().enumerate() {
         let geometry = &geometries[index];
-        let mut edges = Vec::new();
-        for facets in geometry.facets.chunks(FACETS_AT_ONCE) {
+        let (mut edges, mut bytes_of_edges) = (Vec::new(), 0);
+        let mut some = geometry.facets.chunks(FACETS_AT_ONCE);
+        while let Some(facets) = some.next_some()? {
             let all = &mut snapped.frame.facets;
             make_room(all, facets.len(), n_taken as f64 / n_all as f64);
-            room.set(of_edges + least.max(SNAPPED_BYTES * all.capacity() as u64), SNAPPED)?;
+            let of_facets = least.max(SNAPPED_BYTES * all.capacity() as u64);
+            room.set(of_facets + bytes_of_edges + HASHED_BYTES * facets.len() as u64, SNAPPED)?;
             let chunks = append(all, facets, bare.snapping(geometry, lines), (&bare, rays));
-            edges.extend(snapped.add(position, chunks));
+            let hashes = snapped.add(position, chunks);
+            bytes_of_edges += hashes.iter().map(Hashes::bytes).sum::<u64>();
+            edges.extend(hashes);
             n_taken += facets.len();
             pace.done(facets.len()).await?;
         }
@@ -148,7 +153,7 @@ pub(crate) struct SnappedAlone {
 /// Snaps one geometry as [`snapped`] does, in a frame that was made for all of them.
 ///
 /// # Errors
-/// `cancelled`.
+/// `cancelled`; `io` as there.
 pub(crate) async fn snapped_alone(
     frame: &Frame,
     (geometry, lines): (&Geometry, &Lines),
@@ -156,7 +161,8 @@ pub(crate) async fn snapped_alone(
     control: &Control,
 ) -> Result<SnappedAlone> {
     let (mut facets, mut ends, mut edges) = (Vec::new(), None, Vec::new());
-    for some in geometry.facets.chunks(FACETS_AT_ONCE) {
+    let mut chunks = geometry.facets.chunks(FACETS_AT_ONCE);
+    while let Some(some) = chunks.next_some()? {
         for chunk in append(&mut facets, some, frame.snapping(geometry, lines), (frame, Some(rays))) {
             ends = chunk.ends.iter().flatten().fold(ends, with_corner);
             edges.push(chunk.hashes);

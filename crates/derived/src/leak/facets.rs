@@ -8,6 +8,7 @@
 use glam::DVec3;
 use serde::Serialize;
 
+use hexcast_core::base::error::Result;
 use hexcast_core::base::parallel::*;
 use hexcast_core::input::geometry::Geometry;
 
@@ -21,18 +22,31 @@ pub struct NearFacet {
     pub facet: usize,
 }
 
+/// Facets that are looked at between two reads, where they stay in their file.
+const FACETS_AT_ONCE: usize = 1 << 17;
+
 /// Finds the facets that meet the box from `low` to `high`, in the order of the geometries.
-pub fn facets_near(geometries: &[Geometry], [low, high]: [[f64; 3]; 2]) -> Vec<NearFacet> {
+///
+/// # Errors
+/// `io` where facets stay in their file, and that cannot be read again.
+pub fn facets_near(geometries: &[Geometry], [low, high]: [[f64; 3]; 2]) -> Result<Vec<NearFacet>> {
     let (low, high) = (DVec3::from(low), DVec3::from(high));
     let (centre, half) = ((low + high) * 0.5, (high - low) * 0.5);
     let of_geometry = |geometry: &Geometry| {
         let placing = geometry.placing();
         let is_near = |facet: &[[f32; 3]; 3]| meets(half, facet.map(|corner| DVec3::from(placing(corner)) - centre));
-        let near = geometry.facets.par_iter().enumerate().filter(|(_, facet)| is_near(facet));
-        let near = near.map(|(facet, _)| NearFacet { geometry: geometry.name.clone(), facet });
-        near.collect::<Vec<NearFacet>>()
+        let (mut found, mut first) = (Vec::new(), 0);
+        let mut chunks = geometry.facets.chunks(FACETS_AT_ONCE);
+        while let Some(some) = chunks.next_some()? {
+            let near = some.par_iter().enumerate().filter(|(_, facet)| is_near(facet));
+            let near = near.map(|(facet, _)| NearFacet { geometry: geometry.name.clone(), facet: first + facet });
+            found.extend(near.collect::<Vec<NearFacet>>());
+            first += some.len();
+        }
+        Ok(found)
     };
-    geometries.iter().flat_map(of_geometry).collect()
+    let of_geometries: Result<Vec<Vec<NearFacet>>> = geometries.iter().map(of_geometry).collect();
+    Ok(of_geometries?.concat())
 }
 
 /// Whether a facet meets the box around 0 with the given half edges.
@@ -71,7 +85,7 @@ mod tests {
         ];
         for (facet, is_near) in table {
             let geometry = Geometry::new("g", 1, vec![[[50.0; 3]; 3], facet]).unwrap();
-            let found = facets_near(&[geometry], [[-1.0; 3], [1.0; 3]]);
+            let found = facets_near(&[geometry], [[-1.0; 3], [1.0; 3]]).unwrap();
             let expected = NearFacet { geometry: "g".into(), facet: 1 };
             assert_eq!(found, if is_near { vec![expected] } else { vec![] }, "{facet:?}");
         }

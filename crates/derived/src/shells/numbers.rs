@@ -17,7 +17,7 @@ use hexcast_core::base::error::Result;
 use hexcast_core::base::memory::Memory;
 use hexcast_core::base::parallel::*;
 use hexcast_core::input::edges::{Groups, corner_key, product};
-use hexcast_core::input::geometry::Facet;
+use hexcast_core::input::geometry::{Facet, SharedFacets};
 
 /// Facets that are numbered by themselves.
 const FACETS_OF_PIECE: usize = 1 << 17;
@@ -45,14 +45,15 @@ impl Numbers {
     /// Numbers the shells; `is_proper` says that no edge has more than two facets.
     ///
     /// # Errors
-    /// `cancelled`; `memory`.
-    pub async fn new(facets: &[Facet], is_proper: bool, memory: &Memory, control: &Control) -> Result<Numbers> {
+    /// `cancelled`; `memory`; `io` where facets stay in their file, and that cannot be read again.
+    pub async fn new(facets: &SharedFacets, is_proper: bool, memory: &Memory, control: &Control) -> Result<Numbers> {
         let mut room = memory.take(0, NUMBERED)?;
         let mut pieces: Vec<Piece> = Vec::new();
         let mut bytes = 0;
         let n_at_once = FACETS_OF_PIECE * current_num_threads().max(PIECES_AT_ONCE);
         let mut pace = Paced::new(control, n_at_once);
-        for some in facets.chunks(n_at_once) {
+        let mut chunks = facets.chunks(n_at_once);
+        while let Some(some) = chunks.next_some()? {
             room.set(bytes + (size_of::<u32>() * some.len()) as u64, NUMBERED)?;
             let made: Vec<Piece> =
                 on_all_cores(|| some.par_chunks(FACETS_OF_PIECE).map(|facets| Piece::new(facets, is_proper)).collect());
@@ -325,7 +326,7 @@ mod tests {
     use hexcast_core::input::surface::surface;
 
     fn numbers(facets: &[Facet], is_proper: bool) -> Numbers {
-        at_once(Numbers::new(facets, is_proper, &Memory::default(), &Control::default())).unwrap()
+        at_once(Numbers::new(&facets.to_vec().into(), is_proper, &Memory::default(), &Control::default())).unwrap()
     }
 
     /// The facets of a box.

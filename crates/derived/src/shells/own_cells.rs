@@ -28,7 +28,7 @@ use hexcast_core::grid::frame::{Frame, SnappedFacet};
 use hexcast_core::grid::lines::Lines;
 use hexcast_core::grid::rays::Rays;
 use hexcast_core::grid::volume_bound::BoundSums;
-use hexcast_core::input::geometry::{Facet, Geometry};
+use hexcast_core::input::geometry::{Facet, Geometry, SharedFacets};
 use hexcast_core::input::job::Rule;
 use hexcast_core::stages::crossings::hits;
 use hexcast_core::stages::crossings::rows::Height;
@@ -124,52 +124,54 @@ impl Shell {
 /// The shells of a geometry; without their edges where all of it is known to be closed.
 ///
 /// # Errors
-/// `cancelled`.
+/// `cancelled`; `io` where facets stay in their file, and that cannot be read again.
 pub async fn shells(geometry: &Geometry, numbers: &Numbers, is_closed: bool, control: &Control) -> Result<Vec<Shell>> {
     let place = geometry.placing();
-    let facets = &geometry.facets;
-    let add = |shell: &mut Shell, facet: usize, number: usize| {
+    let first_facets = geometry.facets.some(&numbers.first_facets)?;
+    let add = |shell: &mut Shell, (_, facet): (usize, &Facet), number: usize| {
         // near the shell, so that little is lost where it is small and far from the origin
-        let reference = place(facets[numbers.first_facets[number] as usize][0]);
-        shell.add(facets[facet].map(&place), reference);
+        let reference = place(first_facets[number][0]);
+        shell.add(facet.map(&place), reference);
         if !is_closed {
-            shell.add_edges(&facets[facet]);
+            shell.add_edges(facet);
         }
     };
-    per_shell(numbers, facets.len(), control, add, Shell::join).await
+    per_shell((&geometry.facets, numbers), control, add, Shell::join).await
 }
 
 /// Adds up what facets have for their shells.
 async fn per_shell<T: Default + Send>(
-    numbers: &Numbers,
-    n_facets: usize,
+    (facets, numbers): (&SharedFacets, &Numbers),
     control: &Control,
-    add: impl Fn(&mut T, usize, usize) + Sync,
+    add: impl Fn(&mut T, (usize, &Facet), usize) + Sync,
     join: impl Fn(&mut T, T) + Sync,
 ) -> Result<Vec<T>> {
     let mut all: Vec<T> = (0..numbers.n_shells()).map(|_| T::default()).collect();
-    let of_chunk = |first: usize| {
+    let of_chunk = |first: usize, facets: &[Facet]| {
         let mut found: BTreeMap<usize, T> = BTreeMap::new();
         // neighbours are mostly of one shell
         let (mut now, mut sum) = (0, T::default());
-        for facet in first..n_facets.min(first + CHUNK) {
+        for (facet, corners) in (first..).zip(facets) {
             let Some(shell) = numbers.of(facet) else { continue };
             if shell != now {
                 join(found.entry(now).or_default(), std::mem::take(&mut sum));
                 now = shell;
             }
-            add(&mut sum, facet, shell);
+            add(&mut sum, (facet, corners), shell);
         }
         if numbers.n_shells() > 0 {
             join(found.entry(now).or_default(), sum);
         }
         found
     };
-    for first in (0..n_facets).step_by(FACETS_AT_ONCE) {
+    let (mut first, mut chunks) = (0, facets.chunks(FACETS_AT_ONCE));
+    while let Some(some) = chunks.next_some()? {
         control.rest().await?;
-        let chunks: Vec<usize> = (first..n_facets.min(first + FACETS_AT_ONCE)).step_by(CHUNK).collect();
-        let found: Vec<BTreeMap<usize, T>> = on_all_cores(|| chunks.into_par_iter().map(of_chunk).collect());
+        let of_some = some.par_chunks(CHUNK).enumerate();
+        let of_some = of_some.map(|(index, facets)| of_chunk(first + index * CHUNK, facets));
+        let found: Vec<BTreeMap<usize, T>> = on_all_cores(|| of_some.collect());
         found.into_iter().flatten().for_each(|(shell, more)| join(&mut all[shell], more));
+        first += some.len();
     }
     Ok(all)
 }
@@ -221,7 +223,7 @@ impl Caster<'_> {
     /// The cells in the whole box of the shells that are wanted; of the others, nothing.
     ///
     /// # Errors
-    /// `cancelled`.
+    /// `cancelled`; `io` as there.
     pub async fn cast(
         &self,
         (numbers, shells): (&Numbers, &[Shell]),
@@ -230,17 +232,16 @@ impl Caster<'_> {
     ) -> Result<Vec<Option<Alone>>> {
         let rays = [0, 1, 2].map(|axis| Rays::new(axis, self.lines.dims()));
         let axes: Vec<usize> = shells.iter().map(|shell| shell.axis(self.lines).0).collect();
-        let facet_at = self.facet_at();
-        let add = |alone: &mut Alone, facet: usize, shell: usize| {
+        let snapped = self.snapped();
+        let add = |alone: &mut Alone, facet: (usize, &Facet), shell: usize| {
             if is_wanted[shell] {
-                let facet = facet_at(facet);
+                let facet = snapped(facet);
                 self.add(alone, &facet, &rays[axes[shell]]);
                 alone.is_crossed |= self.separates && rays.iter().any(|rays| self.is_crossed(&facet, rays));
             }
         };
-        let n_facets = self.geometry.facets.len();
         let join = |alone: &mut Alone, other: Alone| alone.join(other, self.rule);
-        let found = per_shell(numbers, n_facets, control, add, join).await?;
+        let found = per_shell((&self.geometry.facets, numbers), control, add, join).await?;
         let exact = |alone: Alone| Alone {
             // of equal cells without rounding
             volume: self.lines.cell_volume().map_or(alone.volume, |cell| alone.cells as f64 * cell),
@@ -252,26 +253,26 @@ impl Caster<'_> {
     /// By how much the volume of the cells of shells can differ from their own, for those that are wanted; nothing where cells differ in size.
     ///
     /// # Errors
-    /// `cancelled`.
+    /// `cancelled`; `io` as there.
     pub async fn bounds(&self, numbers: &Numbers, is_wanted: &[bool], control: &Control) -> Result<Vec<Option<f64>>> {
         let Some(cell) = self.lines.cell_volume() else { return Ok(vec![None; is_wanted.len()]) };
         let bits = self.frame.fraction_bits;
-        let facet_at = self.facet_at();
-        let add = |sums: &mut BoundSums, facet: usize, shell: usize| {
+        let snapped = self.snapped();
+        let add = |sums: &mut BoundSums, facet: (usize, &Facet), shell: usize| {
             if is_wanted[shell] {
-                sums.add_facet(&facet_at(facet), bits);
+                sums.add_facet(&snapped(facet), bits);
             }
         };
         let join = |sums: &mut BoundSums, other: BoundSums| *sums = sums.plus(other);
-        let found = per_shell(numbers, self.geometry.facets.len(), control, add, join).await?;
+        let found = per_shell((&self.geometry.facets, numbers), control, add, join).await?;
         let bound = |sums: BoundSums| sums.of_cells(bits, cell);
         Ok(found.into_iter().zip(is_wanted).map(|(sums, is_wanted)| is_wanted.then(|| bound(sums))).collect())
     }
 
-    /// Returns the function that gives a facet, snapped.
-    fn facet_at(&self) -> impl Fn(usize) -> SnappedFacet + Sync {
+    /// Returns the function that snaps a facet, of which the index is given too.
+    fn snapped(&self) -> impl Fn((usize, &Facet)) -> SnappedFacet + Sync {
         let snap = self.frame.snapping(self.geometry, self.lines);
-        move |facet| self.snapped.get(facet).copied().unwrap_or_else(|| snap(&self.geometry.facets[facet]))
+        move |(index, facet)| self.snapped.get(index).copied().unwrap_or_else(|| snap(facet))
     }
 
     fn add(&self, alone: &mut Alone, facet: &SnappedFacet, rays: &Rays) {

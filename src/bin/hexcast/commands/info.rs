@@ -74,7 +74,7 @@ enum Found {
 pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode> {
     standard_streams::check_once(arguments.files.iter().map(Path::new))?;
     let max_memory = arguments.max_memory.or_else(default_max_memory);
-    let found = found(&arguments.files, max_memory, token)?;
+    let found = rayon::scope(|_| found(&arguments.files, max_memory, token))?;
     if arguments.json {
         let list: Value = found.iter().map(in_json).collect();
         terminal::print_exact(&format!("{list:#}\n"))?;
@@ -157,8 +157,9 @@ fn facts(mut source: Source, max_bytes: u64) -> Result<Facts> {
     let names = solids.iter().map(|solid| (solid.name.clone(), solid.facets.len())).collect();
     let facets = SharedFacets::join(&solids.into_iter().map(|solid| solid.facets).collect::<Vec<_>>());
     let limit = memory::limit(max_bytes);
-    limit.take_held(size_of_val(&facets[..]) as u64, "the facets as they were read")?.keep();
-    let surface = surface_within(&facets, &limit).map_err(|error| error.at(&source.file))?;
+    limit.take_held(facets.n_bytes(), "the facets as they were read")?.keep();
+    let examined = facets.in_memory("the examination of its edges").and_then(|facets| surface_within(facets, &limit));
+    let surface = examined.map_err(|error| error.at(&source.file))?;
     let geometry = Geometry::new(source.file.clone(), 1, facets)?;
     let (bounding_box, signed_volume) = (geometry.bounding_box(), geometry.signed_volume());
     Ok(Facts { solids: names, bounding_box, signed_volume, surface, source })

@@ -95,7 +95,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
         .with_max_bytes(max_bytes - max_bytes / 2);
     let found = leak(&mesh, &question, &control)?;
     let file = output.map(|file| write(file, &leak_vtp(&found))).transpose()?;
-    let answer = Answer::new(found, &mesh, surfaces.as_deref());
+    let answer = Answer::new(found, &mesh, surfaces.as_deref())?;
     if arguments.json {
         // a struct of numbers always has a JSON form
         let json = serde_json::to_value(&answer).unwrap_or_default();

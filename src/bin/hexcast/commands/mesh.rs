@@ -126,7 +126,8 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
     }
     arguments.job.set_threads(job.max_memory)?;
     let file = arguments.spill.open(&arguments.outputs)?;
-    let meshed = mesh_and_write(arguments, &job, outputs, file.target.clone(), token);
+    // on one of the threads: loops on all cores begin at once there, and from outside each would wake one first
+    let meshed = rayon::scope(|_| mesh_and_write(arguments, &job, outputs, file.target.clone(), token));
     match &meshed {
         Ok(_) => file.remove(),
         Err(error) => file.keep_after(error),
@@ -154,7 +155,8 @@ fn mesh_and_write(
     control = control.on_holes(move |work| progress.about_holes(work));
     control.cancel = token.clone();
     control.memory = memory::limit(u64::MAX);
-    let facet_bytes = sources.iter().map(|source| 36 * source.contents.n_facets).sum();
+    let solids = sources.iter().flat_map(|source| &source.contents.solids);
+    let facet_bytes = solids.map(|solid| solid.facets.n_bytes()).sum();
     let program_bytes = memory::program_bytes_now(engine.adapter().is_some(), facet_bytes);
     let spills = !matches!(spill, SpillTarget::None);
     let options = MeshOptions::default()

@@ -14,7 +14,7 @@ use crate::files::{disk::Planned, output_file::OutputFile};
 use crate::screen::progress::Progress;
 
 /// One output; nothing of it is left where it is dropped before [`Output::finish`].
-pub(crate) trait Output: Sync {
+pub(crate) trait Output: Send + Sync {
     /// Refuses, before the mesh is made, what is known to be wrong with it, and says how many bytes it takes at least where that is known.
     fn check(&self, _: &Asked) -> Result<Option<Planned>> {
         Ok(None)

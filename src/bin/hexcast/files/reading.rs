@@ -19,20 +19,30 @@ use rayon::prelude::*;
 
 use crate::files::{ledger, standard_streams};
 use crate::screen::{memory, progress::Progress};
-use hexcast::files::FileStore;
+use hexcast::files::{FileAt, FileStore};
 
 const CHUNK_BYTES: usize = 1 << 20;
 
 /// Reads the file of every geometry of a job, in their order.
 pub(crate) fn read_job_files(job: &Job, token: &CancelToken, progress: Progress) -> Result<Vec<Source>> {
     let files: Vec<&str> = job.geometries.iter().map(|geometry| geometry.file.as_str()).collect();
-    read_files(&files, job.max_memory, token, progress)
+    read(&files, (job.max_memory, true), token, progress)
 }
 
-/// Reads files, in their order; the first that fails decides the error. Those that are not on disk take at most `max_memory`.
+/// Reads files, in their order; the first that fails decides the error. They take at most `max_memory`.
 pub(crate) fn read_files(
     files: &[&str],
     max_memory: Option<ByteSize>,
+    token: &CancelToken,
+    progress: Progress,
+) -> Result<Vec<Source>> {
+    read(files, (max_memory, false), token, progress)
+}
+
+/// The same, where facets may stay in their files.
+fn read(
+    files: &[&str],
+    (max_memory, may_stay): (Option<ByteSize>, bool),
     token: &CancelToken,
     progress: Progress,
 ) -> Result<Vec<Source>> {
@@ -42,7 +52,7 @@ pub(crate) fn read_files(
     control.memory = Memory::beside_program(max, memory::program_bytes(false));
     let total = files.iter().filter_map(|file| std::fs::metadata(file).ok()).map(|metadata| metadata.len()).sum();
     let bar = progress.bytes("read", Some(total));
-    let sources: Vec<Result<Source>> = files.par_iter().map(|file| read_file(file, &control, &bar)).collect();
+    let sources: Vec<Result<Source>> = files.par_iter().map(|file| read_file(file, may_stay, &control, &bar)).collect();
     bar.finish_and_clear();
     sources.into_iter().collect()
 }
@@ -66,8 +76,8 @@ pub(crate) fn solids_beside_stl(
         _ if is_packed => Format::Gzip,
         format => format,
     };
-    let solids = contents.solids.into_iter().map(|solid| (solid.name, solid.facets.to_vec()));
-    Ok(Some((format.name(), solids.collect())))
+    let solids = contents.solids.into_iter().map(|solid| Ok((solid.name, solid.facets.in_memory("this")?.to_vec())));
+    Ok(Some((format.name(), solids.collect::<Result<_>>()?)))
 }
 
 /// The lines of the whole box of a job.
@@ -76,11 +86,15 @@ pub(crate) fn lines_of_box(job: &Job, token: &CancelToken) -> Result<[Vec<f64>; 
     Ok([0, 1, 2].map(|axis| whole.list(axis)))
 }
 
-fn read_file(file: &str, control: &Control, bar: &ProgressBar) -> Result<Source> {
+fn read_file(file: &str, may_stay: bool, control: &Control, bar: &ProgressBar) -> Result<Source> {
     // held until its facets are read
     let mut room = Held::of(&control.memory);
-    let (input, n_bytes) = open(file, &mut room, control)?;
-    Source::read(file, n_bytes, &mut bar.wrap_read(input), control)
+    let Input { input, n_bytes, again } = open(file, &mut room, control)?;
+    let mut input = bar.wrap_read(input);
+    match again.filter(|_| may_stay) {
+        Some(again) => Source::read_again(file, n_bytes, (&mut input, Arc::new(again)), control),
+        None => Source::read(file, n_bytes, &mut input, control),
+    }
 }
 
 /// Makes room for twice the bytes of an input that has no length; while they are moved, both are there.
@@ -99,8 +113,16 @@ fn make_room(bytes: &mut Vec<u8>, room: &mut Held) -> Result<()> {
     Ok(())
 }
 
-/// Opens a file and returns its length; what has no length, such as a pipe, is read to memory first.
-fn open(file: &str, room: &mut Held, control: &Control) -> Result<(Box<dyn Read + Send>, u64)> {
+/// What is read as a file.
+struct Input {
+    input: Box<dyn Read + Send>,
+    n_bytes: u64,
+    /// The same once more, of a file on disk.
+    again: Option<FileAt>,
+}
+
+/// Opens a file; what has no length, such as a pipe, is read to memory first.
+fn open(file: &str, room: &mut Held, control: &Control) -> Result<Input> {
     let failed = |error| Error::io(format!("reading {file}"), error);
     let mut input: Box<dyn Read + Send> = if standard_streams::is_standard(Path::new(file)) {
         Box::new(standard_streams::input()?)
@@ -108,7 +130,8 @@ fn open(file: &str, room: &mut Held, control: &Control) -> Result<(Box<dyn Read 
         let input = ledger::open(Path::new(file))?;
         let metadata = input.metadata().map_err(failed)?;
         if metadata.is_file() {
-            return Ok((Box::new(input), metadata.len()));
+            let again = Some(FileAt::new(input.try_clone().map_err(failed)?));
+            return Ok(Input { input: Box::new(input), n_bytes: metadata.len(), again });
         }
         Box::new(input)
     };
@@ -121,7 +144,7 @@ fn open(file: &str, room: &mut Held, control: &Control) -> Result<(Box<dyn Read 
         bytes.append(&mut chunk);
     }
     let n_bytes = bytes.len() as u64;
-    Ok((Box::new(Cursor::new(bytes)), n_bytes))
+    Ok(Input { input: Box::new(Cursor::new(bytes)), n_bytes, again: None })
 }
 
 /// Whether this is a column file, or standard input has one; false for what is not a file or cannot be read.

@@ -55,7 +55,7 @@ pub(super) fn format(head: &[u8], n_bytes: u64) -> Result<Format> {
         let begins = "an ASCII STL begins with \"solid\", PLY with \"ply\", OFF with \"OFF\", OBJ with a statement such as \"v\"";
         return Err(Error::new("stl-not-stl", format!("this is text that begins with \"{found}\": {begins}"), GIVE));
     }
-    if n_bytes < stl_binary::HEADER as u64 {
+    if n_bytes < super::stl_record::HEADER as u64 {
         let message = format!("{n_bytes} bytes that are not text; a binary STL has at least 84");
         return Err(Error::new("stl-not-stl", message, "copy or export the file again"));
     }

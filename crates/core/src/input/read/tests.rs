@@ -118,7 +118,7 @@ fn files_longer_than_the_head_and_the_chunk_are_read_whole() {
     let padded = [&from_binary[..], &[0; 170]].concat();
     for file in [&from_binary[..], from_ascii.as_bytes(), &padded] {
         let contents = read_bytes(file).expect("good");
-        assert_eq!(*contents.solids[0].facets, facets);
+        assert_eq!(contents.solids[0].facets.slice(), facets);
         for size in [49, 1023, 1024, 1025, 65_537] {
             assert_eq!(in_chunks(file, size), Ok(contents.clone()), "chunks of {size}");
         }
@@ -168,7 +168,7 @@ fn trailing_bytes_are_left_out_with_their_number() {
         let mut bytes = binary(&TETRAHEDRON);
         bytes.extend(tail);
         let contents = good(&bytes);
-        assert_eq!(*contents.solids[0].facets, TETRAHEDRON);
+        assert_eq!(contents.solids[0].facets.slice(), TETRAHEDRON);
         assert_eq!(contents.warnings.len(), 1);
         let warning = &contents.warnings[0];
         assert!(warning.contains(&format!("{} bytes", tail.len())) && warning.contains("byte 284"), "{warning}");
@@ -269,7 +269,7 @@ fn normals_are_counted_and_never_decide() {
     ];
     let body: String = normals.iter().map(|normal| ascii_facet(normal, facet)).collect();
     let contents = good(format!("solid\n{body}endsolid\n"));
-    assert_eq!(*contents.solids[0].facets, vec![*facet; normals.len()]);
+    assert_eq!(contents.solids[0].facets.slice(), vec![*facet; normals.len()]);
     assert_eq!((contents.zero_normals, contents.wrong_normals), (2, 5));
 
     let mut bytes = binary(&TETRAHEDRON);
@@ -277,7 +277,7 @@ fn normals_are_counted_and_never_decide() {
     bytes[134 + 4..134 + 8].copy_from_slice(&1f32.to_le_bytes());
     bytes[184..196].fill(0);
     let contents = good(bytes);
-    assert_eq!(*contents.solids[0].facets, TETRAHEDRON);
+    assert_eq!(contents.solids[0].facets.slice(), TETRAHEDRON);
     assert_eq!((contents.zero_normals, contents.wrong_normals), (1, 1));
 }
 
@@ -285,7 +285,7 @@ fn normals_are_counted_and_never_decide() {
 fn facets_without_area_are_kept_and_counted() {
     let facets = [TETRAHEDRON[0], [[1.0; 3]; 3], [[0.0; 3], [1.0; 3], [3.0; 3]], TETRAHEDRON[3]];
     for contents in [good(binary(&facets)), good(ascii("a", &facets))] {
-        assert_eq!(*contents.solids[0].facets, facets);
+        assert_eq!(contents.solids[0].facets.slice(), facets);
         assert_eq!((contents.n_facets, contents.zero_area), (4, 2));
     }
 }
@@ -347,7 +347,13 @@ fn no_mutation_of_a_good_file_panics_or_depends_on_the_chunks() {
         }
         let whole = read_bytes(&bytes);
         if let Ok(contents) = &whole {
-            assert!(contents.solids.iter().flat_map(|s| s.facets.as_flattened().as_flattened()).all(|c| c.is_finite()));
+            assert!(
+                contents
+                    .solids
+                    .iter()
+                    .flat_map(|s| s.facets.slice().as_flattened().as_flattened())
+                    .all(|c| c.is_finite())
+            );
             assert_eq!(contents.n_facets, contents.solids.iter().map(|s| s.facets.len() as u64).sum::<u64>());
         }
         assert_eq!(in_chunks(&bytes, 1 + random(90)), whole, "round {round}: {bytes:?}");

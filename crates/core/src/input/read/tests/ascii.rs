@@ -94,7 +94,7 @@ fn numbers_are_read_to_the_nearest_single() {
     let facet = "solid\nfacet normal 0 0 1\nouter loop\nvertex 0.1 -1.5E+3 +2.e-2\nvertex 1e-50 16777217 .5\n\
                  vertex 3.4028235e38 -0 1.00000017881393432617187499\nendloop\nendfacet\nendsolid\n";
     let expected = [[0.1, -1500.0, 0.02], [0.0, 16_777_216.0, 0.5], [f32::MAX, -0.0, 1.000_000_1]];
-    let found = good(facet).solids[0].facets[0];
+    let found = good(facet).solids[0].facets.slice()[0];
     assert_eq!(found.map(|corner| corner.map(f32::to_bits)), expected.map(|corner| corner.map(f32::to_bits)));
 }
 

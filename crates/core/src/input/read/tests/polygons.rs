@@ -73,7 +73,7 @@ fn packed(bytes: &[u8]) -> Vec<u8> {
 }
 
 fn facets(contents: &Contents) -> Vec<Facet> {
-    contents.solids.iter().flat_map(|solid| solid.facets.iter().copied()).collect()
+    contents.solids.iter().flat_map(|solid| solid.facets.slice().iter().copied()).collect()
 }
 
 #[test]
