@@ -1,7 +1,6 @@
-// Times many facets: from file to columns, and `hexcast info`, beside what the machine needs to read and to hash the file, and beside the
+// Times many facets: from file to columns, and `hexcast info`, beside what the machine needs to read the file, and beside the
 // figures of the last time, for bench.mjs. The models are made here and not kept.
 
-import { createHash } from 'node:crypto';
 import { closeSync, openSync, readFileSync, readSync, rmSync, statfsSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
 
@@ -19,21 +18,17 @@ const POINTS = [1000, 3162, 4472];
 /** 1e8 facets: their file, and the memory that they are meshed in, which is less than they take. */
 const LARGE = { points: 10_000, bytes: 5e9, memory: '2GiB' };
 
-/** Seconds that this machine takes to read a file, and to hash it as well, on one core. @param {string} file */
-function limits(file) {
-  const timed = (/** @type {(bytes: Buffer) => void} */ use) => {
+/** Seconds that this machine takes to read a file on one core. @param {string} file */
+function secondsToRead(file) {
+  const timed = () => {
     const [start, from, chunk] = [performance.now(), openSync(file, 'r'), Buffer.alloc(CHUNK)];
-    for (let n = 1; n > 0; ) {
-      n = readSync(from, chunk);
-      use(chunk.subarray(0, n));
-    }
+    while (readSync(from, chunk) > 0);
     closeSync(from);
     return (performance.now() - start) / 1000;
   };
-  const hash = createHash('sha256');
   // the first time brings the file into memory
-  timed(() => {});
-  return { read: timed(() => {}), hash: timed((bytes) => hash.update(bytes)) };
+  timed();
+  return timed();
 }
 
 /** Seconds of a run of a program. @param {string} program @param {string[]} args */
@@ -60,8 +55,7 @@ export function benchFacets({ command, folder, runs, quick }) {
   measure('start of the program', '', () => median(Array.from({ length: 20 }, () => seconds(command, ['--version']))));
   for (const points of quick ? POINTS.slice(0, 1) : POINTS) {
     const n = writeWave(file, points).toLocaleString('en');
-    const { read, hash } = limits(file);
-    const least = `read ${ms(read)}, read and hash ${ms(hash)}`;
+    const least = ms(secondsToRead(file));
     measure(`${n} facets, file to columns at 1024 cells`, least, () => mesh('--cells', '1024'));
     // with the report, which comes after the columns, and the end of the program
     measure(`${n} facets, the whole command`, least, () =>
@@ -75,12 +69,12 @@ export function benchFacets({ command, folder, runs, quick }) {
     console.log(`1e8 facets: not measured, as ${(free / 1e9).toFixed(1)} GB are free, and their file takes 5 GB`);
   } else if (!quick) {
     const n = writeWave(file, LARGE.points).toLocaleString('en');
-    const { read, hash } = limits(file);
+    const least = ms(secondsToRead(file));
     /** @type {number[]} */
     const peaks = [];
     measure(
       `${n} facets within ${LARGE.memory}, the whole command at 1000 cells`,
-      `read ${ms(read)}, read and hash ${ms(hash)}`,
+      least,
       () => {
         const start = performance.now();
         const args = ['mesh', file, '--backend', 'cpu', '--json', '--cells', '1000', '--max-memory', LARGE.memory];
@@ -101,6 +95,6 @@ export function benchFacets({ command, folder, runs, quick }) {
   });
   const now = Object.fromEntries(rows.map(({ what, seconds }) => [what, Number(seconds.toPrecision(4))]));
   writeFileSync(RECORD, `${JSON.stringify({ ...before, ...now }, null, 2)}\n`);
-  const text = table(['model', 'ms', 'least for the file on one core, ms', 'last time, ms', 'change'], lines);
+  const text = table(['model', 'ms', 'reading the file on one core, ms', 'last time, ms', 'change'], lines);
   return { adapter: '', text: `## Many facets: binary STL in the page cache\n\n${text}${large}` };
 }

@@ -40,7 +40,7 @@ pub(crate) struct Origin {
 impl Origin {
     pub(crate) fn new(job: &Job, sources: &[Source]) -> Origin {
         // what was in memory has no hash
-        let read = sources.iter().filter(|source| source.sha256.is_some());
+        let read = sources.iter().filter(|source| source.blake3.is_some());
         let inputs = read.filter_map(|source| Path::new(&source.file).canonicalize().ok()).collect();
         Origin { inputs, zarr: job.zarr.unwrap_or_default() }
     }

@@ -84,8 +84,8 @@ pub struct PeakBytes {
 pub struct InputReport {
     /// Its name as the job has it.
     pub file: String,
-    /// SHA-256 of its bytes; null for facets that were in memory.
-    pub sha256: Option<String>,
+    /// BLAKE3 of its bytes, as `b3sum` prints it; null for facets that were in memory.
+    pub blake3: Option<String>,
     /// Its length.
     pub bytes: u64,
     /// How it was written.
@@ -108,7 +108,7 @@ impl InputReport {
         let contents = &source.contents;
         InputReport {
             file: source.file.clone(),
-            sha256: source.sha256.clone(),
+            blake3: source.blake3.clone(),
             bytes: contents.n_bytes,
             format: contents.format.name(),
             unit: contents.unit,

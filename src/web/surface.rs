@@ -2,12 +2,11 @@
 
 use std::rc::Rc;
 
-use sha2::{Digest, Sha256};
 use wasm_bindgen::prelude::*;
 
 use super::border::{JsResult, edge_info, file_info, js_error};
 use super::work::WebWork;
-use hexcast_core::base::checksum::hex;
+use hexcast_core::base::checksum::FileHash;
 use hexcast_core::base::error::Error;
 use hexcast_core::input::geometry::{Facet, Geometry, SharedFacets};
 use hexcast_core::input::preview::preview;
@@ -20,7 +19,7 @@ use hexcast_core::input::surface::surface_with_rests;
 pub struct WebReader {
     file: String,
     reader: Reader,
-    hash: Sha256,
+    hash: FileHash,
 }
 
 #[wasm_bindgen]
@@ -28,7 +27,7 @@ impl WebReader {
     /// Expects a file of so many bytes.
     #[wasm_bindgen(constructor)]
     pub fn new(file: String, n_bytes: f64) -> WebReader {
-        WebReader { file, reader: Reader::new(n_bytes as u64), hash: Sha256::new() }
+        WebReader { file, reader: Reader::new(n_bytes as u64), hash: FileHash::default() }
     }
 
     /// Takes the next slice.
@@ -40,8 +39,8 @@ impl WebReader {
     /// Ends the file.
     pub fn finish(self) -> JsResult<WebSurface> {
         let contents = self.reader.finish().map_err(|error| js_error(error.at(&self.file)))?;
-        let sha256 = hex(&self.hash.finalize());
-        WebSurface::new(Source::new(self.file, contents, Some(sha256)))
+        let hash = self.hash.finish();
+        WebSurface::new(Source::new(self.file, contents, Some(hash)))
     }
 }
 

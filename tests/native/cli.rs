@@ -112,7 +112,7 @@ fn the_report_has_the_keys_that_others_rely_on() {
     }
     assert_eq!((&printed["backend"], &printed["adapter"]), (&"cpu".into(), &Value::Null));
     assert_eq!((&printed["unit"], &printed["odd_rays"]), (&"mm".into(), &0.into()));
-    assert_eq!(printed["inputs"][0]["sha256"], sha256(&std::fs::read(SPOT).unwrap()));
+    assert_eq!(printed["inputs"][0]["blake3"], blake3::hash(&std::fs::read(SPOT).unwrap()).to_string());
     #[cfg(target_os = "linux")]
     assert!(printed["peak_bytes"]["host"].as_u64().unwrap() > 1 << 20);
     let volume = &printed["flags"][0];

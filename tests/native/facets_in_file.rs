@@ -79,7 +79,7 @@ fn facets_stay_in_their_file_where_they_would_take_more_than_half_of_what_is_lef
     }
     // the same facts, and the same hash of the file
     let [memory, file] = [u64::MAX, n_bytes].map(|n_left| read(&file, n_left).unwrap());
-    assert_eq!(memory.sha256, file.sha256);
+    assert_eq!(memory.blake3, file.blake3);
     assert_eq!(memory.contents.zero_area, file.contents.zero_area);
 }
 

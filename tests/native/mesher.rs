@@ -78,7 +78,7 @@ fn a_mesh_of_facets_in_memory_resumes_from_the_columns_of_the_same_facets_alone(
         let sources = vec![Source::from_facets("sphere", sphere([0.0; 3], radius, 16)).unwrap()];
         let job = set!(Job { domain: Some([-2.0, -2.0, -2.0, 2.0, 2.0, 2.0]), ..job(16) });
         let (_, report) = mesher().mesh_sources(&job, sources, &options, &Control::default())?;
-        assert_eq!(report.mesh.inputs[0].sha256, None);
+        assert_eq!(report.mesh.inputs[0].blake3, None);
         Ok(report.mesh.rays_kept)
     };
     assert_eq!([resumed(1.0), resumed(1.0)], [Ok(0), Ok(256)]);

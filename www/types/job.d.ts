@@ -48,8 +48,8 @@ export interface FileInfo {
   unit: 'um' | 'mm' | 'cm' | 'm' | 'in' | 'ft' | null;
   /** Length of the file in bytes. */
   bytes: number;
-  /** SHA-256 of its bytes, in hexadecimal; null for arrays, which are not hashed. */
-  sha256: string | null;
+  /** BLAKE3 of its bytes, in hexadecimal; null for arrays, which are not hashed. */
+  blake3: string | null;
   /** Names of its solids, empty strings where the file gives none. */
   solids: string[];
   facets: number;

@@ -126,7 +126,7 @@ def level_of(compress: Union[int, Literal["none"], None], name: str) -> Optional
 
 def check_not_read(mesh: _hexcast.RawMesh, target: Path) -> None:
     """Refuses to write over a surface of the mesh, by whatever name, or to replace a folder that has one."""
-    files = [Path(of["file"]) for of in json.loads(mesh.report).get("inputs", []) if of.get("sha256") is not None]
+    files = [Path(of["file"]) for of in json.loads(mesh.report).get("inputs", []) if of.get("blake3") is not None]
     files = [file for file in files if file.is_file()]
     for written in (target, target.with_name(target.name + ".json")):
         for file in files:

@@ -144,7 +144,7 @@ fn identity(job: &Job, prepared: &Prepared, inputs: &[InputReport]) -> Result<[u
     let job =
         set!(Job { close_gaps: None, gap_flag: None, certify: false, quick: false, thin_cells: None, ..job.clone() });
     let job = set!(Job { backend: BackendChoice::Auto, max_memory: None, max_cells: None, unit: None, ..job });
-    let hash = |input: &InputReport| input.sha256.clone().map_or_else(|| hash_of_facets(prepared), Ok);
+    let hash = |input: &InputReport| input.blake3.clone().map_or_else(|| hash_of_facets(prepared), Ok);
     let files: Vec<String> = inputs.iter().map(hash).collect::<Result<_>>()?;
     let facts = [
         env!("CARGO_PKG_VERSION").to_string(),

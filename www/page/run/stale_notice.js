@@ -36,6 +36,6 @@ function namesOf({ geometries }) {
 function keyOf({ geometries, ...rest }) {
   return JSON.stringify([
     rest,
-    geometries.map(({ source, name: _, file: _file, ...settings }) => ({ ...settings, sha256: source?.info.sha256 })),
+    geometries.map(({ source, name: _, file: _file, ...settings }) => ({ ...settings, blake3: source?.info.blake3 })),
   ]);
 }

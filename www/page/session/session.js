@@ -99,7 +99,7 @@ async function keep() {
   for (const box of document.querySelectorAll('[data-about=session]')) box.remove();
   const place = await folder(true);
   // only arrays have no hash, and nobody drops those
-  const files = own.map(({ info, source }) => ({ key: /** @type {string} */ (info.sha256), name: source.name }));
+  const files = own.map(({ info, source }) => ({ key: /** @type {string} */ (info.blake3), name: source.name }));
   for (const [at, { key }] of files.entries()) {
     if (stored.has(key)) continue;
     await write(place, key, own[at].source);

@@ -254,7 +254,7 @@ export function rgb(colour) {
 
 /** Whether two geometries are the same surface at the same place. @param {Geometry} one @param {Geometry} other */
 export function isSame(one, other) {
-  return one.info.sha256 === other.info.sha256 && placeKey(one) === placeKey(other);
+  return one.info.blake3 === other.info.blake3 && placeKey(one) === placeKey(other);
 }
 
 /** Where a geometry is placed, to be compared. @param {Geometry} geometry */

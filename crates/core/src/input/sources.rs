@@ -6,9 +6,7 @@
 use std::io::{ErrorKind, Read};
 use std::sync::Arc;
 
-use sha2::{Digest, Sha256};
-
-use crate::base::checksum::hex;
+use crate::base::checksum::FileHash;
 use crate::base::control::{Control, at_once};
 use crate::base::error::{Error, Result};
 use crate::base::finding::{Finding, Remedy};
@@ -31,14 +29,14 @@ pub struct Source {
     pub file: String,
     /// What it held.
     pub contents: Contents,
-    /// SHA-256 of its bytes, in hexadecimal; None where they were not hashed.
-    pub sha256: Option<String>,
+    /// BLAKE3 of its bytes, in hexadecimal, as `b3sum` prints it; None where they were not hashed.
+    pub blake3: Option<String>,
 }
 
 impl Source {
     /// Takes what was read, with the hash of the bytes if the caller has made one.
-    pub fn new(file: impl Into<String>, contents: Contents, sha256: Option<String>) -> Source {
-        Source { file: file.into(), contents, sha256 }
+    pub fn new(file: impl Into<String>, contents: Contents, blake3: Option<String>) -> Source {
+        Source { file: file.into(), contents, blake3 }
     }
 
     /// Reads a file of `n_bytes` bytes in chunks, and hashes them at the same time.
@@ -67,7 +65,7 @@ impl Source {
     }
 
     fn read_with(mut reader: Reader, file: String, input: &mut dyn Read, control: &Control) -> Result<Source> {
-        let mut hash = Sha256::new();
+        let mut hash = FileHash::default();
         let mut next_chunk = |chunk: &mut Vec<u8>| -> Result<usize> {
             control.check()?;
             loop {
@@ -81,7 +79,6 @@ impl Source {
         let [mut chunk, mut next] = [vec![0; CHUNK_BYTES], vec![0; CHUNK_BYTES]];
         let mut n = next_chunk(&mut chunk)?;
         while n > 0 {
-            // hashing takes as long as the two together
             let take_and_go_on = || {
                 reader.push(&chunk[..n]).map_err(|error| error.at(&file))?;
                 next_chunk(&mut next)
@@ -90,7 +87,7 @@ impl Source {
             std::mem::swap(&mut chunk, &mut next);
         }
         let contents = reader.finish().map_err(|error| error.at(&file))?;
-        Ok(Source::new(file, contents, Some(hex(&hash.finalize()))))
+        Ok(Source::new(file, contents, Some(hash.finish())))
     }
 
     /// Takes facets that are in memory; `file` names them. They are not hashed.
@@ -309,7 +306,7 @@ mod tests {
         let read = |mut bytes: &[u8], control: &Control| Source::read("a.stl", TWO.len() as u64, &mut bytes, control);
         let source = read(TWO.as_bytes(), &Control::default()).unwrap();
         assert_eq!((source.file.as_str(), source.contents), ("a.stl", read_bytes(TWO.as_bytes()).unwrap()));
-        assert_eq!(source.sha256, Some(hex(&Sha256::digest(TWO))));
+        assert_eq!(source.blake3, Some(blake3::hash(TWO.as_bytes()).to_string()));
         let error = read(&TWO.as_bytes()[..100], &Control::default()).unwrap_err();
         assert!(error.code() == "io" && error.to_string().starts_with("a.stl: "), "{error}");
         let control = Control::default();
@@ -340,7 +337,7 @@ mod tests {
         let n_bytes = bytes.len() as u64;
         let source = Source::read("a.stl", n_bytes, &mut Hesitant(&bytes, 0), &Control::default()).unwrap();
         assert_eq!(source.contents, read_bytes(&bytes).unwrap());
-        assert_eq!(source.sha256, Some(hex(&Sha256::digest(&bytes))));
+        assert_eq!(source.blake3, Some(blake3::hash(&bytes).to_string()));
     }
 
     #[test]
@@ -350,7 +347,7 @@ mod tests {
         let facets = vec![facet(0.0), facet(1.5), flat];
         let source = Source::from_facets("part", facets).unwrap();
         assert_eq!((source.contents.n_facets, source.contents.zero_area, source.contents.n_bytes), (3, 1, 108));
-        assert_eq!(source.sha256, None);
+        assert_eq!(source.blake3, None);
         let made =
             geometries(&set!(Job { geometries: vec![GeometryJob::new("part")], ..Job::default() }), vec![source])
                 .unwrap();

@@ -174,7 +174,7 @@ fn surface_in_json(facts: &Facts) -> Value {
         "format": contents.format.name(),
         "unit": contents.unit,
         "bytes": contents.n_bytes,
-        "sha256": source.sha256,
+        "blake3": source.blake3,
         "facets": contents.n_facets,
         "solids": solids,
         "bounding_box": bounding_box,

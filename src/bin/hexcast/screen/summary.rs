@@ -137,7 +137,7 @@ fn geometries(table: &mut Table, mesh: &MeshFacts) {
         table.line("geometry", format!("\"{}\": {facts}", geometry.name));
     }
     for input in &mesh.inputs {
-        input.sha256.iter().for_each(|sha256| table.line("sha256", format!("{sha256} {}", input.file)));
+        input.blake3.iter().for_each(|hash| table.line("blake3", format!("{hash} {}", input.file)));
     }
 }
 
