@@ -72,16 +72,12 @@ export function benchFacets({ command, folder, runs, quick }) {
     const least = ms(secondsToRead(file));
     /** @type {number[]} */
     const peaks = [];
-    measure(
-      `${n} facets within ${LARGE.memory}, the whole command at 1000 cells`,
-      least,
-      () => {
-        const start = performance.now();
-        const args = ['mesh', file, '--backend', 'cpu', '--json', '--cells', '1000', '--max-memory', LARGE.memory];
-        peaks.push(JSON.parse(output(command, args)).peak_bytes.host);
-        return (performance.now() - start) / 1000;
-      },
-    );
+    measure(`${n} facets within ${LARGE.memory}, the whole command at 1000 cells`, least, () => {
+      const start = performance.now();
+      const args = ['mesh', file, '--backend', 'cpu', '--json', '--cells', '1000', '--max-memory', LARGE.memory];
+      peaks.push(JSON.parse(output(command, args)).peak_bytes.host);
+      return (performance.now() - start) / 1000;
+    });
     large = `\n\nMost memory of the process with ${n} facets: ${(Math.max(...peaks) / 2 ** 20).toFixed(0)} MiB.`;
     rmSync(file);
   }
