@@ -18,7 +18,7 @@ use hexcast_core::base::error::Result;
 use hexcast_core::grid::frame::Frame;
 use hexcast_core::grid::lines::{Grading, Lines};
 use hexcast_core::grid::rays::Rays;
-use hexcast_core::input::geometry::Geometry;
+use hexcast_core::input::geometry::{Geometry, SharedFacets};
 use hexcast_core::stages::cast::sizes::MOST_BAND;
 use hexcast_core::stages::cpu;
 use hexcast_core::stages::expected_crossings::{Sums, expected, expected_of_frame};
@@ -228,23 +228,22 @@ fn bytes_as_read(geometries: &[Geometry]) -> u64 {
     geometries.iter().map(|geometry| geometry.facets.n_bytes()).sum()
 }
 
-/// Whether a geometry's facets stay in their file.
-fn stays_in_file(geometry: &Geometry) -> bool {
-    geometry.facets.n_bytes() == 0
-}
-
 /// Bytes of facets, as read and snapped; of those that stay in a file, the ones with a ray under their boxes are held.
 fn facet_bytes(geometries: &[Geometry], expected: &Sums) -> u64 {
     let n: usize = geometries.iter().map(|geometry| geometry.facets.len()).sum();
-    let n = if geometries.iter().any(stays_in_file) { (expected.facets as u64).min(n as u64) } else { n as u64 };
+    let n = if geometries.iter().any(|geometry| geometry.facets.stay_in_file()) {
+        (expected.facets as u64).min(n as u64)
+    } else {
+        n as u64
+    };
     let of_chunk = geometries.iter().map(|geometry| geometry.facets.chunk_bytes()).max().unwrap_or(0);
     bytes_as_read(geometries) + of_chunk + SNAPPED_BYTES * n
 }
 
 /// Bytes that facets which stay in their files take for a moment.
 fn bytes_of_snap(geometries: &[Geometry]) -> u64 {
-    let most = geometries.iter().filter(|geometry| stays_in_file(geometry)).map(|geometry| geometry.facets.len()).max();
-    EDGE_BYTES * most.unwrap_or(0) as u64
+    let in_files = geometries.iter().map(|geometry| &geometry.facets).filter(|facets| facets.stay_in_file());
+    EDGE_BYTES * in_files.map(SharedFacets::len).max().unwrap_or(0) as u64
 }
 
 fn host_bytes(facet_bytes: u64, expected: &Sums, lines: &Lines, rays: &Rays) -> HostBytes {

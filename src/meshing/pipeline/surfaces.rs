@@ -85,7 +85,7 @@ pub(super) async fn snapped(task: &Task<'_>) -> Result<Snapped> {
     let n_facets: usize = geometries.iter().map(|geometry| geometry.facets.len()).sum();
     let is_measured = options.walls || job.certify || job.links.is_some() || job.fractions.is_some() || job.staggered;
     let is_plain = !is_measured && geometries.iter().all(Geometry::is_plain);
-    let are_many = n_facets >= MANY_FACETS || geometries.iter().any(|geometry| geometry.facets.n_bytes() == 0);
+    let are_many = n_facets >= MANY_FACETS || geometries.iter().any(|geometry| geometry.facets.stay_in_file());
     if are_many && prepared.window.is_none() && is_plain {
         let (few, room) =
             snapping::snapped(geometries, whole, (Some(&prepared.rays), job.rule), memory, control).await?;

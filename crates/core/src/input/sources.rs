@@ -164,7 +164,7 @@ pub fn geometries(job: &Job, sources: Vec<Source>) -> Result<Vec<Geometry>> {
                 fill => fill,
             };
             geometry.world_from_file = entry.world_from_file();
-            if geometry.facets.n_bytes() == 0 {
+            if geometry.facets.stay_in_file() {
                 // what stays in its file is measured once, here, where it can fail
                 at_once(geometry.measured(&Control::default()))?;
             }

@@ -134,6 +134,12 @@ impl SharedFacets {
         self.part.is_empty()
     }
 
+    /// Whether they stay in their file.
+    #[doc(hidden)]
+    pub fn stay_in_file(&self) -> bool {
+        self.held().is_none()
+    }
+
     /// Bytes of memory that they take; 0 where they stay in their file.
     pub fn n_bytes(&self) -> u64 {
         self.held().map_or(0, |facets| size_of_val(facets) as u64)
