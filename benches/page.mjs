@@ -93,6 +93,8 @@ async function race(site, n) {
  */
 async function runOnPage({ context, url, spheres, runs }, n, backend) {
   const page = await context.newPage();
+  // each mesh is made by a click
+  await page.addInitScript(() => localStorage.setItem('hexcast-live', 'off'));
   try {
     // another hash alone would not load the page again
     await page.goto(`${url}?${backend}#cells=${n}&backend=${backend}`);

@@ -17,8 +17,8 @@ await page.setInputFiles('#file-input', path.join(ROOT, 'tests/fixtures/spot.stl
 await page.click('.geometry summary');
 await page.fill('.geometry .rotate', '90 0 0');
 await page.click('.geometry summary');
-await page.click('#run');
-await page.waitForSelector('#legend tr[data-flag]');
+// the page meshes whatever changes
+await page.waitForFunction(() => document.querySelector('#result-dims')?.textContent?.startsWith('53 × 96 × 94'));
 await page.waitForFunction(() => / cells$/.test(document.querySelector('#view-status')?.textContent ?? ''));
 await page.press('#canvas-3d', 'Home');
 for (let turn = 0; turn < 12; turn += 1) await page.press('#canvas-3d', 'ArrowRight');

@@ -19,8 +19,8 @@ const DRIVER_REMARK = /GL Driver Message \(OpenGL, Performance/;
  * A test of the page. Its fixtures:
  *
  * - `site`: where the page is;
- * - `visit(hash, { url, prepare })`: opens the page with parameters, in a context of its own, and resolves to it once it is
- *   ready. `url` is that of another server's page, `prepare` a script that runs before the page's. Where the page complains of
+ * - `visit(hash, { url, prepare, live })`: opens the page with parameters, in a context of its own, and resolves to it once it is
+ *   ready. `url` is that of another server's page, `prepare` a script that runs before the page's. Only a `live` page meshes without a click. Where the page complains of
  *   anything until the test ends, the test fails;
  * - `isolatedSite`: where it is with the headers that let its workers share memory;
  * - `siteWithWorker(code)`: where a page is whose worker runs this code, too;
@@ -60,8 +60,9 @@ export const test = base.extend({
 
   visit: async ({ browser, site, siteWithWorker: _closedLater }, use) => {
     const visits = [];
-    await use(async (hash, { url = site, prepare = withoutPicker } = {}) => {
+    await use(async (hash, { url = site, prepare = withoutPicker, live = false } = {}) => {
       const context = await browser.newContext();
+      if (!live) await context.addInitScript(meshByClick);
       await context.addInitScript(prepare);
       const page = await context.newPage();
       visits.push({ context, complaints: complaintsOf(page, url) });
@@ -81,6 +82,11 @@ export const test = base.extend({
     await browser.close();
   },
 });
+
+/** The user has switched off that the page meshes whatever changes. */
+export function meshByClick() {
+  localStorage.setItem('hexcast-live', 'off');
+}
 
 /** The dialogue for a place to save is the browser's own: no test can answer it. */
 function withoutPicker() {

@@ -15,6 +15,8 @@ import { startFindings } from './results/findings.js';
 import { startFocus } from './elements/focus.js';
 import { startGeometries } from './geometries/geometries.js';
 import { startHistory } from './session/history.js';
+import { startFineness } from './settings/fineness.js';
+import { startLive } from './run/live.js';
 import { startLeaks } from './results/leaks.js';
 import { startPatches } from './geometries/patches.js';
 import { LICENCES } from './geometries/real_models.js';
@@ -46,6 +48,8 @@ async function start() {
   startFields();
   startEstimate();
   startRun(restart);
+  startLive();
+  startFineness();
   startConverge();
   startResults();
   startFindings();

@@ -4,6 +4,7 @@ import { byId, make } from '../elements/dom.js';
 import { bytes } from '../text/format.js';
 import { showError } from '../elements/messages.js';
 import { hasPrivateFiles, privateFile, removePrivate } from './private_files.js';
+import { holding } from '../state/held.js';
 import { baseName } from '../settings/share.js';
 import { on, state } from '../state/state.js';
 
@@ -92,7 +93,7 @@ export function entry(mesh, file) {
   const button = make('button', {
     type: 'button',
     id: `download-${file.id}`,
-    on: { click: () => download(mesh, file, button, status) },
+    on: { click: () => holding(mesh, () => download(mesh, file, button, status)) },
   });
   const status = make('span', { className: 'note', role: 'status' });
   const label = make('span', {}, file.label, make('small', {}, `.${file.extension}: ${file.note}`));

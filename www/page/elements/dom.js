@@ -88,6 +88,24 @@ export function debounce(action, milliseconds) {
   };
 }
 
+/** A function that runs an action, one run after another: where it was called during a run, however often, once more. @param {() => Promise<unknown>} action */
+export function inTurn(action) {
+  let [isRunning, isWanted] = [false, false];
+  return async () => {
+    isWanted = true;
+    if (isRunning) return;
+    isRunning = true;
+    try {
+      while (isWanted) {
+        isWanted = false;
+        await action();
+      }
+    } finally {
+      isRunning = false;
+    }
+  };
+}
+
 /** A function that calls `draw` at most once a frame, however often it is called. @param {() => void} draw */
 export function oncePerFrame(draw) {
   let isWaiting = false;

@@ -10,14 +10,16 @@ import { short } from '../text/format.js';
  * @param {any} error a HexcastError or any other
  * @param {string} [subject] what failed, such as a file's name
  * @param {Remedy} [remedy] a button with what to do about it
+ * @param {string} [about] what `clearMessages` removes together
  */
-export function showError(error, subject, remedy) {
+export function showError(error, subject, remedy, about) {
   if (error?.name === 'AbortError' || error?.code === 'cancelled' || error?.code === 'disposed') return;
   const text = sentence(error?.message ?? String(error));
   const box = make('div', { className: 'message error', role: 'alert' });
   box.append(make('p', {}, subject && !text.includes(subject) ? `${subject}: ${text}` : text));
   if (error?.hint) box.append(make('p', { className: 'hint' }, sentence(error.hint)));
   if (error?.code) box.dataset.code = error.code;
+  if (about) box.dataset.about = about;
   if (remedy) box.append(remedyButton(box, remedy));
   box.append(dismissButton(box));
   byId('messages').append(box);

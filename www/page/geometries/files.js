@@ -5,6 +5,8 @@ import { realFiles } from './real_models.js';
 import { SAMPLES } from './samples.js';
 import { takeLines } from '../settings/lines.js';
 import { takeExpected } from '../settings/share.js';
+import { release } from '../state/held.js';
+import { currentJob, keyOfCells } from '../state/job.js';
 import { PLAIN, change, freeFlag, isSame, set, state } from '../state/state.js';
 import { readSurface } from './surfaces.js';
 
@@ -132,7 +134,7 @@ async function readFiles(files, isFolder, sample) {
 
 /** Resolves once no mesher starts and no mesh is made. */
 async function isQuiet() {
-  while (state.phase === 'starting' || state.phase === 'meshing') await new Promise((resolve) => setTimeout(resolve, 50));
+  while (['starting', 'meshing', 'updating'].includes(state.phase)) await new Promise((resolve) => setTimeout(resolve, 50));
 }
 
 /** @param {import('hexcast').Mesher} mesher @param {FileIn} file @param {string | null} sample */
@@ -141,8 +143,10 @@ async function addFile(mesher, { source, settings = {} }, sample) {
   try {
     if (/\.hxc$/i.test(source.name)) {
       const mesh = await mesher.open(source);
-      state.mesh?.dispose();
-      change('mesh', { mesh, job: { geometries: [{ file: source.name }] }, runs: null, expected: null });
+      release(state.mesh);
+      // until something changes, the page keeps it
+      const left = { key: keyOfCells(currentJob()), mesher };
+      change('mesh', { mesh, job: { geometries: [{ file: source.name }] }, runs: null, expected: null, left });
     } else if (/\.json$/i.test(source.name)) {
       await takeLines(source);
     } else {

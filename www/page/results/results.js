@@ -4,6 +4,7 @@ import { spilledBytes, save } from '../downloads/downloads.js';
 import { bytes, count, duration, measure, roughly, times } from '../text/format.js';
 import { showError } from '../elements/messages.js';
 import { cellFacts } from '../text/cell_facts.js';
+import { holding } from '../state/held.js';
 import { baseName } from '../settings/share.js';
 import { change, colourOf, on, state } from '../state/state.js';
 
@@ -135,7 +136,7 @@ async function hash() {
   try {
     const onProgress = (/** @type {import('hexcast').Progress} */ { done, total }) =>
       (output.textContent = `${Math.floor((100 * done) / Math.max(total, 1))} %`);
-    const sha256 = await mesh.sha256({ onProgress });
+    const sha256 = await holding(mesh, () => mesh.sha256({ onProgress }));
     if (mesh === state.mesh) output.textContent = sha256;
   } catch (error) {
     showError(error);

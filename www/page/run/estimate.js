@@ -1,8 +1,8 @@
 /** What the mesh would cost, updated with every change, and whether it fits. */
-import { byId, debounce, make } from '../elements/dom.js';
+import { byId, inTurn, make } from '../elements/dom.js';
 import { bytes, count, duration, roughly, times } from '../text/format.js';
 import { wrongField } from '../settings/wrong_fields.js';
-import { currentJob } from '../state/job.js';
+import { currentJob, keyOfCells } from '../state/job.js';
 import { sentence } from '../elements/messages.js';
 import { cellFacts } from '../text/cell_facts.js';
 import { change, on, state } from '../state/state.js';
@@ -12,33 +12,45 @@ const COLUMNS_LIMIT = 2.8e9;
 /** Columns from this size on fill a machine with little memory. */
 const COLUMNS_MUCH = 5e8;
 
-/** @type {AbortController | null} */
+/** Milliseconds after which an estimate is ended where the job has changed meanwhile. */
+const PATIENCE = 200;
+
+/** The estimate that is made. @type {{ stop: AbortController, since: number } | null} */
 let running = null;
+const again = inTurn(estimate);
 
 /** Estimates anew whenever the job changes. */
 export function startEstimate() {
-  on(['settings', 'geometries', 'mesher'], debounce(estimate, 60));
-  on(['mesh'], estimate);
+  on(['settings', 'geometries', 'mesher', 'mesh'], update);
   // settings may have changed while meshing
-  on(['phase'], () => state.phase === 'idle' && estimate());
+  on(['phase'], () => state.phase === 'idle' && update());
   on(['estimate', 'fields'], show);
 }
 
+/** One after another, however fast the job changes; a long one is not waited for. */
+function update() {
+  if (running && performance.now() - running.since > PATIENCE) running.stop.abort();
+  return again();
+}
+
 async function estimate() {
-  running?.abort();
-  const stop = new AbortController();
-  running = stop;
   if (!state.mesher || state.geometries.length === 0) return change('estimate', { estimate: null });
   // the page keeps the numbers of the job that runs
   if (state.phase === 'meshing') return undefined;
+  const job = currentJob();
+  const stop = new AbortController();
+  running = { stop, since: performance.now() };
   const [estimate, freeBytes] = await Promise.all([
-    state.mesher.estimate(currentJob(), { signal: stop.signal }).then(
+    state.mesher.estimate(job, { signal: stop.signal }).then(
       (result) => ({ result }),
       (error) => ({ error }),
     ),
     freeBytesForSpill(),
   ]);
-  if (!stop.signal.aborted) change('estimate', { estimate: { ...estimate, freeBytes } });
+  running = null;
+  const isOf = keyOfCells(job) === keyOfCells(currentJob());
+  // a surface that was removed meanwhile fails an estimate that nobody asks for any more
+  if (!stop.signal.aborted && (isOf || !('error' in estimate))) change('estimate', { estimate: { job, ...estimate, freeBytes } });
   return undefined;
 }
 

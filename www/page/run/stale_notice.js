@@ -2,19 +2,20 @@
 import { buttonOf, byId } from '../elements/dom.js';
 import { currentJob } from '../state/job.js';
 import { on, state } from '../state/state.js';
+import { comesByItself, hasSources, isShown } from './live_rule.js';
 
 /** Compares the job of the mesh with that of the fields whenever either changes. */
 export function startStale() {
   byId('mesh-again').addEventListener('click', () => byId('run').click());
-  on(['settings', 'geometries', 'mesh', 'phase', 'fields', 'estimate'], show);
+  on(['settings', 'geometries', 'mesh', 'phase', 'fields', 'estimate', 'live'], show);
 }
 
 function show() {
   const { job } = state;
-  // a mesh from a column file has no source whose settings could be compared
-  const made = state.mesh && job?.geometries.every(({ source }) => source) ? job : null;
-  const isStale = made !== null && keyOf(made) !== keyOf(currentJob());
-  const isRenamed = made !== null && !isStale && namesOf(made) !== namesOf(currentJob());
+  const made = state.mesh && job && hasSources(job) ? job : null;
+  const isOther = made !== null && !isShown(currentJob());
+  const isStale = isOther && !comesByItself(currentJob());
+  const isRenamed = made !== null && !isOther && namesOf(made) !== namesOf(currentJob());
   byId('stale').hidden = !isStale && !isRenamed;
   byId('stale-text').textContent = isStale
     ? 'Made with other settings: pictures, numbers and files are those of the last mesh.'
@@ -26,16 +27,4 @@ function show() {
 /** @param {import('../state/state.js').ShownJob} job */
 function namesOf({ geometries }) {
   return JSON.stringify(geometries.map(({ name }) => name));
-}
-
-/**
- * Everything that the cells depend on; of surfaces, the hash of their bytes.
- *
- * @param {import('../state/state.js').ShownJob} job
- */
-function keyOf({ geometries, ...rest }) {
-  return JSON.stringify([
-    rest,
-    geometries.map(({ source, name: _, file: _file, ...settings }) => ({ ...settings, blake3: source?.info.blake3 })),
-  ]);
 }

@@ -1,6 +1,7 @@
 /** Undo and redo of every edit: of files, of their settings and colours, and of the fields. */
 import { buttonOf, byId, debounce } from '../elements/dom.js';
 import { restoreGeometries } from '../geometries/files.js';
+import { endUpdate } from '../run/run.js';
 import { change, on, state } from '../state/state.js';
 
 /**
@@ -68,6 +69,7 @@ function record() {
 async function go(from, to, said) {
   // what was typed just now is an edit, too
   record();
+  await endUpdate();
   const next = state.phase === 'idle' && !isRestoring ? from.pop() : undefined;
   if (!next) return;
   isRestoring = true;
@@ -85,7 +87,7 @@ async function go(from, to, said) {
 }
 
 function showButtons() {
-  const isBusy = state.phase !== 'idle';
+  const isBusy = state.phase !== 'idle' && state.phase !== 'updating';
   buttonOf('undo').disabled = isBusy || past.length === 0;
   buttonOf('redo').disabled = isBusy || future.length === 0;
 }

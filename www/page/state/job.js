@@ -112,6 +112,18 @@ function measured({
   };
 }
 
+/**
+ * Everything that the cells of a job depend on; of surfaces, the hash of their bytes.
+ *
+ * @param {import('./state.js').ShownJob} job
+ */
+export function keyOfCells({ geometries, ...rest }) {
+  return JSON.stringify([
+    rest,
+    geometries.map(({ source, name: _, file: _file, ...settings }) => ({ ...settings, blake3: source?.info.blake3 })),
+  ]);
+}
+
 /** @param {number | number[]} padding */
 function hasPadding(padding) {
   return [padding].flat().some((number) => number !== 0);

@@ -96,7 +96,9 @@
  * @property {Geometry[] | null} patches open geometries that are one closed surface together
  * @property {Settings} settings
  * @property {Estimated | null} estimate the last; null without geometries
- * @property {'starting' | 'idle' | 'reading' | 'meshing' | 'failed'} phase
+ * @property {'starting' | 'idle' | 'reading' | 'meshing' | 'updating' | 'failed'} phase updating while the page meshes without a click
+ * @property {boolean} live whether it does so where that takes a moment
+ * @property {{ key: string, mesher: Mesher | null } | null} left the job that it does not mesh without a click: its last mesh was cancelled, failed, or a file took its place
  * @property {Mesh | null} mesh
  * @property {ShownJob | null} job that made the mesh
  * @property {Promise<import('hexcast').AllRuns> | null} runs of the mesh, for the 3-D view, which takes them
@@ -108,9 +110,9 @@
  * @property {Map<number, string>} colours that the user chose, by flag
  * @property {Set<number>} hidden flags that are switched off in the legend
  *
- * @typedef {{ result?: import('hexcast').Estimate, error?: import('hexcast').HexcastError, freeBytes: number }} Estimated
+ * @typedef {{ job: ReturnType<typeof import('./job.js').currentJob>, result?: import('hexcast').Estimate, error?: import('hexcast').HexcastError, freeBytes: number }} Estimated
  * @typedef {{ geometries: { file?: string, name?: string, source?: Surface }[] }} ShownJob as much of a job as is shown
- * @typedef {'mesher' | 'geometries' | 'patches' | 'settings' | 'fields' | 'estimate' | 'phase' | 'mesh' | 'leak' | 'difference' | 'findings' | 'colours' | 'legend'} Topic
+ * @typedef {'mesher' | 'geometries' | 'patches' | 'settings' | 'fields' | 'estimate' | 'phase' | 'live' | 'mesh' | 'leak' | 'difference' | 'findings' | 'colours' | 'legend'} Topic
  */
 
 /** The defaults of the job. @type {Readonly<Settings>} */
@@ -170,6 +172,8 @@ export const state = {
   settings: { ...DEFAULTS },
   estimate: null,
   phase: 'starting',
+  live: true,
+  left: null,
   mesh: null,
   job: null,
   runs: null,

@@ -103,6 +103,18 @@ export function placedBox([low, high], { scale, rotate, about, translate }) {
   return [ends(Math.min), ends(Math.max)];
 }
 
+/**
+ * The box around several that were placed: six numbers, the least coordinates first.
+ *
+ * @param {(Placing & { info: import('hexcast').FileInfo })[]} models
+ */
+export function boxAround(models) {
+  const boxes = models.map(({ info, ...placing }) => placedBox(info.bounding_box, placing));
+  const ends = (/** @type {number} */ end, /** @type {(...numbers: number[]) => number} */ of) =>
+    [0, 1, 2].map((axis) => of(...boxes.map((box) => box[end][axis])));
+  return [...ends(0, Math.min), ...ends(1, Math.max)];
+}
+
 /** How far what was scaled, and rotated around the origin, is moved then. @param {Omit<Placing, 'scale'>} placing */
 export function movedBy({ rotate, about, translate }) {
   const centre = about ?? [0, 0, 0];

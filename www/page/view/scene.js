@@ -4,7 +4,7 @@
  * World lengths may be far from zero, so the worker draws relative to the centre of what was fitted.
  */
 import { oncePerFrame } from '../elements/dom.js';
-import { movedBy, placedBox, rotated } from '../text/places.js';
+import { boxAround, movedBy, rotated } from '../text/places.js';
 import { Camera } from './camera.js';
 import { startOrbit } from './orbit.js';
 import { minus, plus, times, unit } from './vectors.js';
@@ -169,10 +169,7 @@ export class Scene {
    * @param {number[]} [direction]
    */
   fitModels(models, direction) {
-    const boxes = models.map(({ info, ...placing }) => placedBox(info.bounding_box, placing));
-    const ends = (/** @type {number} */ end, /** @type {(...numbers: number[]) => number} */ of) =>
-      [0, 1, 2].map((axis) => of(...boxes.map((box) => box[end][axis])));
-    this.fit([...ends(0, Math.min), ...ends(1, Math.max)], direction);
+    this.fit(boxAround(models), direction);
   }
 
   /** What the worker draws with. */

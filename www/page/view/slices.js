@@ -20,14 +20,23 @@ const MAX_PIXELS = 4096;
 const SAVED_PIXELS = 1200;
 
 let request = 0;
+/** Lines of the mesh that was shown last: planes stay at their places in the next. @type {import('hexcast').Lines | null} */
+let lines = null;
 const draw = oncePerFrame(drawSlice);
 
 /** Connects the view. */
 export function startSlices() {
   on('mesh', () => {
-    view.index = state.mesh ? state.mesh.dims.map((n) => Math.floor(n / 2)) : [0, 0, 0];
+    const { mesh } = state;
+    const place = lines && centreOf(lines, view.index);
+    const isKept = mesh !== null && place !== null && holds(mesh.lines, place);
+    if (isKept) view.index = cellAt(mesh.lines, place);
+    else {
+      view.index = mesh ? mesh.dims.map((n) => Math.floor(n / 2)) : [0, 0, 0];
+      resetZoom();
+    }
+    lines = mesh?.lines ?? null;
     view.cursor = null;
-    resetZoom();
     load();
   });
   on(['colours', 'legend'], () => {
@@ -54,6 +63,11 @@ export function startSlices() {
   canvas.addEventListener('keydown', moveByKey);
   new ResizeObserver(draw).observe(/** @type {HTMLElement} */ (canvas.parentElement));
   matchMedia('(prefers-color-scheme: dark)').addEventListener('change', draw);
+}
+
+/** Whether a place is in the box of some lines. @param {import('hexcast').Lines} of @param {number[]} place */
+function holds(of, place) {
+  return place.every((at, axis) => at >= of.origin[axis] && at < placeAt(of, axis, of.dims[axis]));
 }
 
 /** @param {number} factor */

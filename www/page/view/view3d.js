@@ -7,12 +7,15 @@ import { clearMessages, showError, showNotice } from '../elements/messages.js';
 import { domainOf } from '../settings/settings.js';
 import { baseName } from '../settings/share.js';
 import { colourOf, on, placeKey, state } from '../state/state.js';
-import { placeAt } from '../text/places.js';
+import { cellAt, placeAt } from '../text/places.js';
+import { isLive } from '../run/live_rule.js';
 import { flagColours } from './flag_pixels.js';
 import { Scene } from './scene.js';
 
 /** Columns of a mesh that are drawn at most: the browser holds four bytes of each, twice. */
 const MOST_COLUMNS = 2 ** 26;
+/** Milliseconds. */
+const MOST_WAIT = 1000;
 
 /** The scene, once there is something to draw. @type {Scene | null} */
 let opened = null;
@@ -26,6 +29,12 @@ let drawn = null;
 let said = '';
 /** Whether the view could not be opened. */
 let hasFailed = false;
+/** Who waits for the cells of the last mesh. @type {(() => void)[]} */
+const waiting = [];
+/** Whether models came or went while cells are shown: the camera follows with the next mesh. */
+let isToFit = false;
+/** Where the section is, in world lengths, so that it stays there. @type {number | null} */
+let cutAt = null;
 /** The side that the section removes: the one of the camera when its axis was chosen. */
 let side = 1;
 
@@ -73,6 +82,7 @@ function failed(message) {
   if (message) console.error(message);
   if (hasFailed) return;
   hasFailed = true;
+  settle();
   byId('no-3d').hidden = false;
   byId('view-status').textContent = '';
   choose('model');
@@ -86,9 +96,24 @@ function isDrawn({ n, isWhole, cells, step }) {
   if (!said || cells !== opened?.n_meshes) return;
   byId('view-status').textContent = said;
   said = '';
+  settle();
   const size = [step, step, step].join(' × ');
   if (step > 1)
     showNotice(`the 3-D view has no room for all cells, and draws ${size} as one; slices and files have every cell`, 'mesh');
+}
+
+/** Nobody waits for cells any more. */
+function settle() {
+  for (const resolve of waiting.splice(0)) resolve();
+}
+
+/** Resolves once the cells of the last mesh are on the canvas, or cannot come there; after a second in any case, as a page that is not seen draws nothing. */
+export function cellsAreDrawn() {
+  if (hasFailed || !state.mesh || (drawn === state.mesh && !said)) return Promise.resolve();
+  return new Promise((resolve) => {
+    waiting.push(() => resolve(undefined));
+    setTimeout(resolve, MOST_WAIT);
+  });
 }
 
 /** Names the cell at a place of the canvas. @param {number} x @param {number} y */
@@ -130,7 +155,8 @@ function showModels() {
   const drawn = geometries.map(({ corners }) => corners?.length).join();
   if (look === modelsLook && drawn === modelsDrawn) return;
   // a picture that comes after the cells does not hide them
-  if (look !== modelsLook) choose('model');
+  const staysWithCells = shown === 'cells' && isLive();
+  if (look !== modelsLook && !staysWithCells) choose('model');
   [modelsLook, modelsDrawn] = [look, drawn];
   withScene((scene) => {
     // of a model that is not drawn yet, the view shows the box
@@ -141,7 +167,8 @@ function showModels() {
     const ids = geometries.map(({ id }) => id).join();
     const places = geometries.map(placeKey).join();
     const { models: lastIds, places: lastPlaces } = byId('canvas-3d').dataset;
-    if (ids !== lastIds) fit();
+    if (ids !== lastIds && staysWithCells) isToFit = true;
+    else if (ids !== lastIds) fit();
     else if (places !== lastPlaces) fit(true);
     Object.assign(byId('canvas-3d').dataset, { models: ids, places });
   });
@@ -180,7 +207,6 @@ async function showMesh() {
     mark();
     return clearMessages('mesh');
   }
-  selectOf('section-axis').value = '';
   if (hasFailed) return undefined;
   byId('view-status').textContent = 'Drawing …';
   const runs = await (promised ?? runsOf(mesh))?.catch((error) => error);
@@ -188,6 +214,7 @@ async function showMesh() {
   clearMessages('mesh');
   if (runs === undefined || runs instanceof Error) {
     byId('view-status').textContent = 'Too large for 3-D';
+    settle();
     if (runs) return showError(runs, '3-D');
     return showNotice('there are too many cells for the 3-D view; slices and files have all of them', 'mesh');
   }
@@ -196,13 +223,14 @@ async function showMesh() {
     drawn = mesh;
     scene.setColours(flagColours(state.hidden));
     scene.setCells(mesh, runs);
-    scene.setSection(null);
+    keepCut(mesh);
     scene.setBox(domainOf(mesh.report));
     mark();
     said = cells > 0 ? `${count(cells)} cells` : 'No cell has a flag.';
     choose(cells > 0 ? 'cells' : 'model');
-    if (state.geometries.length === 0) fit();
-    scrollToView();
+    if (state.geometries.length === 0 || isToFit) fit();
+    isToFit = false;
+    if (!state.live) scrollToView();
   });
   return undefined;
 }
@@ -247,6 +275,17 @@ async function savePicture(scene) {
   if (picture) save(picture, `${baseName(state.job)}-3d.png`);
 }
 
+/** The section stays at its place in another mesh. @param {import('hexcast').Mesh} mesh */
+function keepCut({ lines, dims }) {
+  const axis = Number(selectOf('section-axis').value);
+  if (selectOf('section-axis').value !== '' && cutAt !== null) {
+    const slider = inputOf('section-at');
+    slider.max = String(dims[axis] - 1);
+    slider.value = String(cellAt(lines, [cutAt, cutAt, cutAt])[axis]);
+  }
+  cut();
+}
+
 /** Puts the section where its tools say; `isNew` starts in the middle. */
 function cut(isNew = false) {
   const { mesh } = state;
@@ -254,6 +293,7 @@ function cut(isNew = false) {
   const slider = inputOf('section-at');
   slider.disabled = choice === '';
   byId('section-where').textContent = '';
+  cutAt = null;
   if (!mesh || choice === '') return withScene((scene) => scene.setSection(null));
   const axis = /** @type {0 | 1 | 2} */ (Number(choice));
   slider.max = String(mesh.dims[axis] - 1);
@@ -261,6 +301,7 @@ function cut(isNew = false) {
   const index = Number(slider.value);
   // through the middle of cells, so that it shows the plane of this number
   const at = placeAt(mesh.lines, axis, index + 0.5);
+  cutAt = at;
   const where = `${'xyz'[axis]} = ${short(at)}${mesh.report.unit ? ` ${mesh.report.unit}` : ''}`;
   slider.setAttribute('aria-valuetext', `cell ${index} of ${mesh.dims[axis]}, ${where}`);
   byId('section-where').textContent = where;

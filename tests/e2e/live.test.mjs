@@ -1,0 +1,193 @@
+// What changes is meshed at once, without a click: files, settings, the slider. Every mesh is the one that a click makes.
+
+import assert from 'node:assert/strict';
+
+import { expect } from '@playwright/test';
+
+import { OPEN_BOX } from './open_box.mjs';
+import { cellsAreDrawn, hasGeometries, legend, run, saved, take, test } from './visit.mjs';
+
+const SPOT = 'tests/fixtures/spot.stl';
+
+/** Shows a sample on a page that meshes by itself. @param {import('@playwright/test').Page} page */
+async function takeLive(page, sample, n_files) {
+  await page.click(`#empty [data-sample=${sample}]`);
+  await expect(page.locator('.geometry')).toHaveCount(n_files);
+}
+
+/** The number of cells along x, y and z of the mesh that is shown, once they are these. */
+const isMeshed = (page, dims) => expect(page.locator('#result-dims')).toContainText(`${dims} =`, { timeout: 60_000 });
+
+/** The hash of the flags of the mesh that is shown. */
+async function hash(page) {
+  await page.evaluate(() => document.querySelector('#hash').click());
+  await expect(page.locator('#result-hash')).toHaveText(/^[0-9a-f]{64}$/);
+  return page.textContent('#result-hash');
+}
+
+test('a file that is chosen is meshed, drawn and said without a click, as a click would', async ({ visit }) => {
+  const live = await visit('#cells=40&backend=cpu', { live: true });
+  await live.setInputFiles('#file-input', SPOT);
+  await isMeshed(live, '22 × 40 × 40');
+  await cellsAreDrawn(live);
+  await expect(live.locator('#status')).toHaveText(/^Meshed 35,200 cells in /);
+  assert.ok(await live.isHidden('#run'), 'there is nothing to click');
+  assert.ok(await live.isChecked('#show-cells'));
+  const byClick = await visit('#cells=40&backend=cpu');
+  await byClick.setInputFiles('#file-input', SPOT);
+  await hasGeometries(byClick, 1);
+  await run(byClick);
+  assert.equal(await hash(live), await hash(byClick));
+  // a setting of the cells
+  await live.evaluate(() => {
+    const fill = document.querySelector('#fill');
+    fill.value = 'conservative';
+    fill.dispatchEvent(new Event('change', { bubbles: true }));
+  });
+  await expect(live.locator('#report')).toContainText('"conservative"');
+  assert.ok(await live.isHidden('#stale'));
+});
+
+test('while the slider moves mesh follows mesh, none older after a newer, and the last is of where it stays', async ({
+  visit,
+}) => {
+  const page = await visit('#cells=16&backend=cpu', { live: true });
+  await takeLive(page, 'knot', 1);
+  await cellsAreDrawn(page);
+  await page.evaluate(() => {
+    window.shown = [];
+    new MutationObserver(() => window.shown.push(document.querySelector('#legend .cells').dataset.cells)).observe(
+      document.querySelector('#legend'),
+      { childList: true },
+    );
+  });
+  await page.focus('#fineness');
+  for (let n = 0; n < 24; n += 1) {
+    await page.keyboard.press('ArrowRight');
+    await page.waitForTimeout(30);
+  }
+  assert.equal(await page.inputValue('#cells'), '128');
+  await expect(page.locator('#fineness')).toHaveAttribute('aria-valuetext', /^128 cells along the longest axis, 0/);
+  await expect(page.locator('#result-dims')).toContainText('128', { timeout: 60_000 });
+  const shown = (await page.evaluate(() => window.shown)).map(Number);
+  assert.ok(shown.length > 2, `${shown.length} meshes were shown`);
+  assert.deepEqual(
+    shown,
+    [...shown].sort((one, other) => one - other),
+  );
+  // the focus stays where it was
+  assert.equal(await page.evaluate(() => document.activeElement.id), 'fineness');
+  const byClick = await visit('#cells=128&backend=cpu');
+  await take(byClick, 'knot', 1);
+  await run(byClick);
+  assert.equal(await hash(page), await hash(byClick));
+  assert.deepEqual(await legend(page), await legend(byClick));
+});
+
+test('the slider sets the size that leads: cells, their length, the largest of graded lines', async ({ visit }) => {
+  const page = await visit('#cell_size=1.25&backend=cpu', { live: true });
+  await takeLive(page, 'cubes', 2);
+  await isMeshed(page, '16 × 8 × 8');
+  await page.focus('#fineness');
+  for (let n = 0; n < 8; n += 1) await page.keyboard.press('ArrowRight');
+  await expect(page.locator('#cell-size')).toHaveValue('0.625');
+  await isMeshed(page, '32 × 16 × 16');
+  await page.check('#graded');
+  await expect(page.locator('#fineness')).toHaveAttribute('aria-valuetext', /^32 cells/);
+  await page.focus('#fineness');
+  for (let n = 0; n < 8; n += 1) await page.keyboard.press('ArrowLeft');
+  await expect(page.locator('#graded-most')).toHaveValue('1.25');
+  await isMeshed(page, '16 × 8 × 8');
+});
+
+test('a large mesh waits for a click; until then the page says of what its pictures are', async ({ visit }) => {
+  const page = await visit('#cells=20&backend=cpu', { live: true });
+  await takeLive(page, 'cubes', 2);
+  await isMeshed(page, '20 × 10 × 10');
+  await page.fill('#cells', '2000');
+  await page.waitForSelector('#run:enabled');
+  await expect(page.locator('#stale')).toBeVisible();
+  await expect(page.locator('#estimate-cells')).toContainText('2000 × 1000 × 1000');
+  await isMeshed(page, '20 × 10 × 10');
+  // small again: nothing has changed
+  await page.fill('#cells', '20');
+  await expect(page.locator('#run')).toBeHidden();
+  await expect(page.locator('#stale')).toBeHidden();
+});
+
+test('a mesh that takes long has a button that cancels it, and is not tried again before something changes', async ({
+  visit,
+}) => {
+  const page = await visit('#cells=400&fractions=true&fraction_rays=16&backend=cpu', { live: true });
+  await takeLive(page, 'knot', 1);
+  await page.waitForSelector('#cancel', { timeout: 60_000 });
+  await page.click('#cancel');
+  await expect(page.locator('#status')).toHaveText('Cancelled; nothing was lost.');
+  await page.waitForSelector('#run:enabled');
+  assert.ok(await page.isHidden('#results'));
+  await page.fill('#cells', '24');
+  await expect(page.locator('#legend tr')).toHaveCount(1, { timeout: 60_000 });
+  assert.ok(await page.isHidden('#run'));
+});
+
+test('what cannot be meshed is said once, and goes with the change that mends it', async ({ visit }) => {
+  const page = await visit('#cells=20&open=error&backend=cpu', { live: true });
+  await page.setInputFiles('#file-input', { name: 'box.stl', mimeType: '', buffer: Buffer.from(OPEN_BOX) });
+  const error = page.locator('#messages .error[data-code=surface-open]');
+  await expect(error).toHaveCount(1);
+  await page.fill('#cells', '21');
+  // another job fails anew, and the first message goes
+  await expect(error).toHaveCount(1);
+  await error.getByRole('button', { name: 'Use the winding number' }).click();
+  await expect(page.locator('#legend tr')).toHaveCount(1);
+  await expect(error).toHaveCount(0);
+});
+
+test('a file of columns stays until something changes', async ({ visit }) => {
+  const page = await visit('#cells=20&backend=cpu', { live: true });
+  await takeLive(page, 'cubes', 2);
+  await isMeshed(page, '20 × 10 × 10');
+  const { bytes } = await saved(page, '#download-hxc');
+  await page.fill('#cells', '24');
+  await isMeshed(page, '24 × 12 × 12');
+  await page.setInputFiles('#file-input', { name: 'before.hxc', mimeType: '', buffer: bytes });
+  await isMeshed(page, '20 × 10 × 10');
+  await page.waitForSelector('#run:enabled');
+  await page.fill('#cells', '28');
+  await isMeshed(page, '28 × 14 × 14');
+});
+
+test('undo goes back to the mesh before, planes and cuts stay at their places', async ({ visit }) => {
+  const page = await visit('#cells=20&backend=cpu', { live: true });
+  await takeLive(page, 'cubes', 2);
+  await isMeshed(page, '20 × 10 × 10');
+  await cellsAreDrawn(page);
+  await page.selectOption('#section-axis', '0');
+  await page.locator('#section-at').fill('5');
+  await page.click('#tab-slices');
+  await page.check('#slice-z');
+  await page.fill('#slice-number', '2');
+  await page.waitForTimeout(500);
+  await page.fill('#cells', '80');
+  await isMeshed(page, '80 × 40 × 40');
+  await expect(page.locator('#canvas-slice')).toHaveAttribute('data-index', '10');
+  await page.click('#tab-3d');
+  await cellsAreDrawn(page);
+  await expect(page.locator('#section-at')).toHaveValue('22');
+  await page.click('#undo');
+  await isMeshed(page, '20 × 10 × 10');
+  await expect(page.locator('#section-at')).toHaveValue('5');
+});
+
+test('who switches it off meshes by a click, on the next visit, too', async ({ visit }) => {
+  const page = await visit('#cells=20&backend=cpu', { live: true });
+  await page.evaluate(() => document.querySelector('#live').click());
+  await take(page, 'cubes', 2);
+  assert.ok(await page.isHidden('#results'));
+  await expect(page).toHaveURL(/sample=cubes/);
+  await page.reload();
+  assert.equal(await page.isChecked('#live'), false);
+  await hasGeometries(page, 2);
+  await page.check('#live');
+  await isMeshed(page, '20 × 10 × 10');
+});

@@ -1,0 +1,69 @@
+/** Meshes whatever changes, as long as that takes a moment: one mesh after another, each of the last estimate; what came between is left out. */
+import { byId, inputOf, onInput } from '../elements/dom.js';
+import { change, on, state } from '../state/state.js';
+import { cellsAreDrawn } from '../view/view3d.js';
+import { isWanted } from './live_rule.js';
+import { makeMesh } from './run.js';
+
+/** The key of the choice in the browser's storage: it is the user's, and no part of the job. */
+const CHOICE = 'hexcast-live';
+/** Milliseconds without another mesh after which a screen reader hears of the last. */
+const QUIET = 500;
+
+let isRunning = false;
+/** @type {ReturnType<typeof setTimeout> | undefined} */
+let speaking;
+
+/** Follows estimates, and connects the choice. */
+export function startLive() {
+  change('live', { live: readChoice() });
+  inputOf('live').checked = state.live;
+  onInput('live', 'change', ({ checked }) => {
+    keepChoice(checked);
+    change('live', { live: checked });
+  });
+  on(['estimate', 'phase', 'live'], follow);
+}
+
+async function follow() {
+  if (isRunning) return;
+  isRunning = true;
+  clearTimeout(speaking);
+  try {
+    while (state.phase === 'idle' && isWanted()) {
+      const { job, result } = /** @type {import('../state/state.js').Estimated} */ (state.estimate);
+      await makeMesh('updating', job, result ?? null);
+      // a picture that nobody has seen is not replaced
+      await cellsAreDrawn();
+    }
+  } finally {
+    isRunning = false;
+  }
+  speaking = setTimeout(speak, QUIET);
+}
+
+/** What was said of the last mesh, aloud. */
+function speak() {
+  const status = byId('status');
+  status.ariaLive = 'polite';
+  status.replaceChildren(...(status.textContent ? [status.textContent] : []));
+}
+
+function readChoice() {
+  try {
+    return localStorage.getItem(CHOICE) !== 'off';
+  } catch {
+    // the user forbids storage
+    return true;
+  }
+}
+
+/** @param {boolean} isLive */
+function keepChoice(isLive) {
+  try {
+    if (isLive) localStorage.removeItem(CHOICE);
+    else localStorage.setItem(CHOICE, 'off');
+  } catch {
+    // it holds for this visit
+  }
+}
