@@ -187,7 +187,7 @@ test('every edit is undone and done again, with buttons and keys', async ({ visi
   assert.equal((await legend(page))[0][0], 7);
 });
 
-test('a reload asks once whether to open the files again', async ({ visit }) => {
+test('a reload asks once whether to open the files again, and the next ones open them', async ({ visit, site }) => {
   const page = await visit('#cells=20&backend=cpu');
   await add(page, { 'box.stl': BOX, 'far.stl': boxBetween([6, 0, 0], [8, 2, 2]) });
   await page.fill('.geometry[data-file="far.stl"] .flag', '9');
@@ -205,10 +205,22 @@ test('a reload asks once whether to open the files again', async ({ visit }) => 
     (await legend(page)).map(([flag]) => flag),
     [1, 9],
   );
-  // Back, too; and what is forgotten is not asked for again
+  // Back, too, without a question
   await page.goto('about:blank');
   await page.goBack();
+  await hasGeometries(page, 2);
+  assert.equal(await page.inputValue('.geometry[data-file="far.stl"] .flag'), '9');
+  assert.equal(await question.count(), 0);
+  // a link with other settings is not changed by them
+  await page.goto('about:blank');
+  await page.goto(`${site}#cells=33&backend=cpu`);
   await isIdle(page);
+  await page.getByRole('button', { name: 'Open again' }).waitFor();
+  assert.equal(await page.inputValue('#cells'), '33');
+  await page.goBack();
+  await page.goBack();
+  await hasGeometries(page, 2);
+  // what is forgotten is not asked for again
   await page.getByRole('button', { name: 'Forget' }).click();
   await expect.poll(() => keptFiles(page)).toEqual([]);
   await page.reload();

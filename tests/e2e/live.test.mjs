@@ -1,13 +1,16 @@
 // What changes is meshed at once, without a click: files, settings, the slider. Every mesh is the one that a click makes.
 
 import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
 
 import { expect } from '@playwright/test';
 
-import { OPEN_BOX } from './open_box.mjs';
+import { boxBetween, OPEN_BOX } from './open_box.mjs';
 import { cellsAreDrawn, hasGeometries, legend, run, saved, take, test } from './visit.mjs';
 
 const SPOT = 'tests/fixtures/spot.stl';
+/** Parts that have cells. */
+const N_PARTS = 11;
 
 /** Shows a sample on a page that meshes by itself. @param {import('@playwright/test').Page} page */
 async function takeLive(page, sample, n_files) {
@@ -190,4 +193,59 @@ test('who switches it off meshes by a click, on the next visit, too', async ({ v
   await hasGeometries(page, 2);
   await page.check('#live');
   await isMeshed(page, '20 × 10 × 10');
+});
+
+test('a file of a mesh that is replaced meanwhile is written to its end', async ({ visit }) => {
+  const page = await visit('#cells=400&backend=cpu', { live: true });
+  await takeLive(page, 'cubes', 2);
+  await isMeshed(page, '400 × 200 × 200');
+  const download = page.waitForEvent('download');
+  // at once, before the file is there
+  await page.evaluate(() => {
+    document.querySelector('#download-vtiz').click();
+    const cells = document.querySelector('#cells');
+    cells.value = '20';
+    cells.dispatchEvent(new Event('input', { bubbles: true }));
+  });
+  await isMeshed(page, '20 × 10 × 10');
+  const file = readFileSync(await (await download).path(), 'latin1');
+  assert.match(file.slice(0, 2000), /WholeExtent="0 400 0 200 0 200"/);
+  assert.match(file.slice(-100), /<\/VTKFile>/);
+  assert.equal(await page.textContent('#messages'), '');
+});
+
+test('many parts are a row each, with their cells; a button opens the details of one', async ({ visit }) => {
+  const page = await visit('#cells=100&backend=cpu', { live: true });
+  await page.setViewportSize({ width: 1440, height: 900 });
+  // the last one lies between the centres of cells: 0.035 of a length of 100
+  const parts = Array.from({ length: N_PARTS }, (_, at) => boxBetween([8 * at, 0, 0], [8 * at + 6, 50, at + 1]));
+  parts.push(boxBetween([0, 0, 20.1], [100, 50, 20.135]));
+  await page.setInputFiles(
+    '#file-input',
+    parts.map((text, at) => ({ name: `part${at}.stl`, mimeType: '', buffer: Buffer.from(text) })),
+  );
+  await expect(page.locator('.geometry')).toHaveCount(parts.length);
+  await expect(page.locator('.of-part').first()).not.toBeEmpty({ timeout: 60_000 });
+  // parts that have no cell are said where they are listed
+  const { flags } = JSON.parse(await page.textContent('#report'));
+  const lost = flags.filter(({ cells }) => cells === 0).map(({ name }) => name);
+  const said = await page.$$eval('.geometry:has(.bad)', (cards) => cards.map((card) => card.querySelector('.name').value));
+  assert.deepEqual(said, lost);
+  assert.deepEqual(said, [`part${N_PARTS}`]);
+  const bottom = (selector) => page.$eval(selector, (element) => element.getBoundingClientRect().bottom);
+  const rows = await page.$$eval('.geometry', (cards) => cards.map((card) => card.getBoundingClientRect().height));
+  assert.ok(
+    rows.every((height) => height < 48),
+    `rows of ${rows} pixels`,
+  );
+  assert.ok((await bottom('#fineness')) < 900, 'the slider is in view');
+  await page.getByRole('button', { name: 'Details of part3' }).click();
+  const card = page.locator('.geometry[data-file="part3.stl"]');
+  await expect(card.locator('.facts')).toBeVisible();
+  await expect(page.locator('.drawer:visible')).toHaveCount(1);
+  await card.locator('.priority').fill('3');
+  await expect(page.locator('#report')).toContainText('"priority": 3');
+  // it stays open where the list is drawn anew
+  await page.getByRole('button', { name: 'Remove part5' }).click();
+  await expect(page.locator('.drawer:visible')).toHaveCount(1);
 });

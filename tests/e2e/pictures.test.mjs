@@ -1,6 +1,6 @@
 // Pictures of the page: on a phone, a tablet, a laptop and a large screen, in light, dark and forced colours, beside golden ones.
 //
-// Write them again with "npx playwright test pictures --update-snapshots", and look at the difference.
+// Write them again with "npx playwright test pictures -g 'looks as it did' --update-snapshots", and look at the difference.
 
 import assert from 'node:assert/strict';
 

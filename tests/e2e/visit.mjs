@@ -85,7 +85,8 @@ export const test = base.extend({
 
 /** The user has switched off that the page meshes whatever changes. */
 export function meshByClick() {
-  localStorage.setItem('hexcast-live', 'off');
+  // an empty page has no storage
+  if (location.protocol !== 'about:') localStorage.setItem('hexcast-live', 'off');
 }
 
 /** The dialogue for a place to save is the browser's own: no test can answer it. */

@@ -5,6 +5,7 @@ import { realFiles } from './real_models.js';
 import { SAMPLES } from './samples.js';
 import { takeLines } from '../settings/lines.js';
 import { takeExpected } from '../settings/share.js';
+import { endUpdate } from '../run/run.js';
 import { release } from '../state/held.js';
 import { currentJob, keyOfCells } from '../state/job.js';
 import { PLAIN, change, freeFlag, isSame, set, state } from '../state/state.js';
@@ -134,6 +135,7 @@ async function readFiles(files, isFolder, sample) {
 
 /** Resolves once no mesher starts and no mesh is made. */
 async function isQuiet() {
+  await endUpdate();
   while (['starting', 'meshing', 'updating'].includes(state.phase)) await new Promise((resolve) => setTimeout(resolve, 50));
 }
 

@@ -20,11 +20,20 @@ const TRANSFORMS = [
   ['translate', 'Move', 'along x, y, z'],
 ];
 
+/** Numbers of cells in a row, as 37.2K. */
+const SHORT = new Intl.NumberFormat('en', { notation: 'compact', maximumSignificantDigits: 3 });
+/** So many parts have their details open. */
+const FEW = 2;
+
+/** Parts whose details somebody opened or closed. @type {Map<number, boolean>} */
+const opened = new Map();
+
 /** Keeps the list up to date; it is redrawn only when geometries are added or removed, so that typing is not disturbed. */
 export function startGeometries() {
   let drawn = '';
   startOrder();
   startBackground();
+  on('mesh', showCells);
   on(['geometries', 'settings', 'colours'], (topic) => {
     const key = `${state.geometries.map(({ id }) => id)} ${state.revision} ${state.settings.unit}`;
     if (key !== drawn) byId('geometries').replaceChildren(...state.geometries.map(card));
@@ -32,6 +41,8 @@ export function startGeometries() {
     if (topic !== 'settings') for (const geometry of state.geometries) showColour(geometry);
     for (const geometry of state.geometries) showFacts(geometry);
     document.body.classList.toggle('has-model', state.geometries.length > 0);
+    document.body.classList.toggle('has-many', state.geometries.length > FEW);
+    showCells();
   });
 }
 
@@ -56,6 +67,8 @@ function showFacts(geometry) {
   if (element.dataset.key === key) return;
   element.dataset.key = key;
   element.replaceChildren(...facts(geometry));
+  const { closed_parity: isClosed, closed_oriented: isOriented } = info;
+  element.closest('.geometry')?.classList.toggle('doubtful', isClosed !== undefined && !(isClosed && isOriented));
 }
 
 /** @param {Geometry} geometry */
@@ -82,10 +95,9 @@ function card(geometry) {
     { type: 'button', className: 'icon', 'aria-label': `Remove ${name}`, on: { click: () => removeGeometry(id) } },
     '×',
   );
-  return make(
-    'li',
-    { className: 'geometry', 'data-file': info.file, 'data-id': id, on: { keydown: (event) => moveByKey(event, id) } },
-    make('div', { className: 'row' }, handle(geometry), colour, nameField, remove),
+  const details = make(
+    'div',
+    { className: 'drawer', id: `drawer-${id}`, hidden: !isOpen(id) },
     make('div', { id: `facts-${id}` }),
     make(
       'div',
@@ -103,6 +115,55 @@ function card(geometry) {
     ),
     materialField(geometry, edit),
   );
+  const cells = make('span', { className: 'note number of-part', id: `cells-${id}` });
+  return make(
+    'li',
+    { className: 'geometry', 'data-file': info.file, 'data-id': id, on: { keydown: (event) => moveByKey(event, id) } },
+    make('div', { className: 'row' }, handle(geometry), colour, nameField, cells, opener(geometry, details), remove),
+    details,
+  );
+}
+
+/** Whether the details of a part are open: those of one or two parts are, unless somebody closed them. @param {number} id */
+function isOpen(id) {
+  return opened.get(id) ?? state.geometries.length <= FEW;
+}
+
+/** The button that opens and closes the details of a part. @param {Geometry} geometry @param {HTMLElement} details */
+function opener({ id, name }, details) {
+  const button = make(
+    'button',
+    {
+      type: 'button',
+      className: 'icon opener',
+      'aria-label': `Details of ${name}`,
+      'aria-controls': details.id,
+      'aria-expanded': String(isOpen(id)),
+    },
+    '▾',
+  );
+  button.addEventListener('click', () => {
+    opened.set(id, details.hidden);
+    details.hidden = !details.hidden;
+    button.ariaExpanded = String(!details.hidden);
+  });
+  return button;
+}
+
+/** Writes the cells of each part of the last mesh, where the mesh is of these parts: none is a warning. */
+function showCells() {
+  const { mesh, job, geometries } = state;
+  for (const geometry of geometries) {
+    const element = document.getElementById(`cells-${geometry.id}`);
+    if (!element) continue;
+    const isOf = job?.geometries.some(({ source }) => source === geometry.surface);
+    const flags = new Set(flagsOf(geometry));
+    const entries = isOf ? (mesh?.report.flags.filter(({ flag }) => flags.has(flag)) ?? []) : [];
+    const n_cells = entries.reduce((sum, { cells }) => sum + cells, 0);
+    element.textContent = entries.length > 0 ? SHORT.format(n_cells) : '';
+    element.title = entries.length > 0 ? `${count(n_cells)} cells of the last mesh` : '';
+    element.classList.toggle('bad', entries.length > 0 && n_cells === 0);
+  }
 }
 
 /** @param {number} id @param {string} colour */

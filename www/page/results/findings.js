@@ -13,6 +13,7 @@ export function startFindings() {
   on('findings', show);
   byId('finding-previous').addEventListener('click', () => step(-1));
   byId('finding-next').addEventListener('click', () => step(1));
+  byId('findings-count').addEventListener('click', goToList);
 }
 
 function collected() {
@@ -22,9 +23,17 @@ function collected() {
 function show() {
   const { findings } = state;
   byId('findings').hidden = findings.length === 0;
+  byId('findings-count').hidden = findings.length === 0;
+  byId('findings-count').textContent = `${findings.length} finding${findings.length === 1 ? '' : 's'}`;
   byId('finding-list').replaceChildren(...findings.map(line));
   for (const id of ['finding-previous', 'finding-next']) buttonOf(id).disabled = findings.every(({ place }) => !place);
   byId('finding-at').textContent = '';
+}
+
+/** Shows the list, which may be below the picture, and goes on from there by key. */
+function goToList() {
+  byId('findings').scrollIntoView({ block: 'nearest' });
+  byId('finding-list').focus({ preventScroll: true });
 }
 
 /** @param {import('../state/state.js').Finding} finding @param {number} index */

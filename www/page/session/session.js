@@ -1,6 +1,6 @@
 /**
- * The session: files and settings of this visit, kept in the origin's private file system (OPFS). The next visit asks once whether
- * to open them again. Where a browser has no such file system, or the files are too large for it, it asks before the page is left.
+ * The session: files and settings of this visit, kept in the origin's private file system (OPFS). The next visit asks whether
+ * to open them again; who says yes is not asked any more, until they say forget. Where a browser has no such file system, or the files are too large for it, it asks before the page is left.
  */
 import { debounce } from '../elements/dom.js';
 import { addFiles } from '../geometries/files.js';
@@ -14,6 +14,8 @@ import { on, state } from '../state/state.js';
 /** Folder of the files, and key of the settings: these are few, and written at once. */
 const FOLDER = 'hexcast-session';
 const LIST = 'session.json';
+/** Key of the answer in the browser's storage. */
+const ANSWER = `${FOLDER}-opens`;
 /** More bytes of files are not kept: writing and reading them again would take the memory that meshing needs. */
 const MAX_BYTES = 250e6;
 
@@ -81,7 +83,37 @@ async function ask() {
       showError(error, 'The last visit');
     }
   };
-  showNotice(`the last visit had ${names}`, 'session', { label: 'Open again', act: open }, { label: 'Forget', act: forget });
+  const toForget = {
+    label: 'Forget',
+    act: () => {
+      remember(false);
+      forget();
+    },
+  };
+  // a link has settings of its own
+  const isSame = ['', localStorage.getItem(FOLDER)].includes(location.hash.slice(1));
+  if (localStorage.getItem(ANSWER) === 'yes' && isSame) {
+    await open();
+    return showNotice(`the last visit had ${names}, which are open again`, 'opened', toForget);
+  }
+  const toOpen = {
+    label: 'Open again',
+    act: () => {
+      remember(true);
+      open();
+    },
+  };
+  return showNotice(`the last visit had ${names}`, 'session', toOpen, toForget);
+}
+
+/** Keeps the answer: whether files are opened without a question. @param {boolean} isYes */
+function remember(isYes) {
+  try {
+    if (isYes) localStorage.setItem(ANSWER, 'yes');
+    else localStorage.removeItem(ANSWER);
+  } catch {
+    // it is asked again
+  }
 }
 
 async function forget() {
