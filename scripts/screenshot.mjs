@@ -18,7 +18,7 @@ await page.click('.geometry summary');
 await page.fill('.geometry .rotate', '90 0 0');
 await page.click('.geometry summary');
 // the page meshes whatever changes
-await page.waitForFunction(() => document.querySelector('#result-dims')?.textContent?.startsWith('53 × 96 × 94'));
+await page.waitForFunction(() => document.querySelector('#result-dims')?.textContent?.startsWith('53 × 96 × 95'));
 await page.waitForFunction(() => / cells$/.test(document.querySelector('#view-status')?.textContent ?? ''));
 await page.press('#canvas-3d', 'Home');
 for (let turn = 0; turn < 12; turn += 1) await page.press('#canvas-3d', 'ArrowRight');

@@ -249,3 +249,28 @@ test('many parts are a row each, with their cells; a button opens the details of
   await page.getByRole('button', { name: 'Remove part5' }).click();
   await expect(page.locator('.drawer:visible')).toHaveCount(1);
 });
+
+test('what helps one part helps all alike with one button, which undo takes back', async ({ visit }) => {
+  const page = await visit('#cells=40&backend=cpu', { live: true });
+  const parts = {
+    small: boxBetween([1, 1, 1], [3, 3, 3]),
+    other: boxBetween([5, 1, 1], [7, 3, 3]),
+    large: boxBetween([0, 0, 0], [10, 5, 5]),
+  };
+  await page.setInputFiles(
+    '#file-input',
+    Object.entries(parts).map(([name, text]) => ({ name: `${name}.stl`, mimeType: '', buffer: Buffer.from(text) })),
+  );
+  await expect(page.locator('#findings-count')).toHaveText('2 findings');
+  await expect(page.getByRole('button', { name: /^Let it win: all 2/ })).toHaveCount(1);
+  await page.waitForTimeout(500);
+  await page.getByRole('button', { name: /^Let it win: all 2/ }).click();
+  await expect(page.locator('#findings-count')).toBeHidden();
+  assert.deepEqual(await legend(page), [
+    [1, 512],
+    [2, 512],
+    [3, 40 * 20 * 20 - 1024],
+  ]);
+  await page.click('#undo');
+  await expect(page.locator('#findings-count')).toHaveText('2 findings');
+});

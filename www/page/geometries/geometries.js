@@ -115,7 +115,7 @@ function card(geometry) {
     ),
     materialField(geometry, edit),
   );
-  const cells = make('span', { className: 'note number of-part', id: `cells-${id}` });
+  const cells = make('span', { className: 'number of-part', id: `cells-${id}` });
   return make(
     'li',
     { className: 'geometry', 'data-file': info.file, 'data-id': id, on: { keydown: (event) => moveByKey(event, id) } },

@@ -30,6 +30,13 @@ function show() {
   byId('finding-at').textContent = '';
 }
 
+/** The remedies of all findings of a kind that are the same with other parts. @param {import('../state/state.js').Finding['kind']} kind @param {import('../state/state.js').Remedy} remedy */
+function together(kind, { label, key }) {
+  const all = state.findings.filter((finding) => finding.kind === kind).flatMap(({ remedies }) => remedies);
+  const alike = all.filter((remedy) => key !== undefined && remedy.label === label);
+  return alike.filter((remedy, at) => alike.findIndex((other) => other.key === remedy.key) === at);
+}
+
 /** Shows the list, which may be below the picture, and goes on from there by key. */
 function goToList() {
   byId('findings').scrollIntoView({ block: 'nearest' });
@@ -47,7 +54,12 @@ function line({ kind, subject, text, place, remedies }, index) {
     );
   const row = make('div', { className: 'row' });
   if (place) row.append(button('Show the place', () => showIn3d(index)));
-  row.append(...remedies.map(({ label, act }) => button(label, act)));
+  for (const remedy of remedies) {
+    row.append(button(remedy.label, remedy.act));
+    const all = together(kind, remedy);
+    if (all.length > 1 && all[0] === remedy)
+      row.append(button(`${remedy.label}: all ${all.length}`, () => all.forEach(({ act }) => act())));
+  }
   if (row.childElementCount > 0) item.append(row);
   return item;
 }

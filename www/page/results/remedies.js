@@ -6,6 +6,8 @@ import { change, set, state } from '../state/state.js';
 
 /** Keys of jobs that fields have by the same names. */
 const FIELDS = ['rule', 'open', 'fill', 'close_gaps', 'certify', 'thin_cells', 'staggered', 'unit'];
+/** Sizes of cells: one of them leads. */
+const SIZES = /** @type {const} */ (['cells', 'dims', 'cell_size']);
 /** Those of generated lines. */
 const GRADED_FIELDS = ['min_size', 'growth'];
 /** Keys of geometries that their fields have by the same names. */
@@ -15,7 +17,7 @@ const GEOMETRY_FIELDS = ['flag', 'priority', 'scale', 'max_size', 'min_cells'];
 export function remediesOf({ remedies }) {
   return remedies.flatMap(({ label, patch }) => {
     const changes = changesOf(patch);
-    return changes ? [{ label, act: () => apply(changes) }] : [];
+    return changes ? [{ label, act: () => apply(changes), key: JSON.stringify(changes) }] : [];
   });
 }
 
@@ -32,10 +34,13 @@ function changesOf({ graded, geometries, ...fields }) {
     return { index: Number(index), keys: own && Object.fromEntries(own) };
   });
   const isKnown =
-    hasOnly(fields, FIELDS) &&
+    hasOnly(fields, [...FIELDS, ...SIZES]) &&
     hasOnly(ofGraded, GRADED_FIELDS) &&
     entries.every(({ keys }) => hasOnly(keys ?? {}, GEOMETRY_FIELDS));
-  return isKnown ? { settings: /** @type {Partial<Settings>} */ ({ ...fields, ...ofGraded }), entries } : null;
+  const size = SIZES.find((key) => key in fields);
+  const settings = /** @type {Partial<Settings>} */ ({ ...fields, ...(size ? { sizing: size } : {}), ...ofGraded });
+  const changed = entries.filter(({ keys }) => !keys || Object.keys(keys).length > 0);
+  return isKnown ? { settings, entries: changed } : null;
 }
 
 /** @param {Patch} patch @param {string[]} known */
@@ -45,8 +50,7 @@ function hasOnly(patch, known) {
 
 /** @param {NonNullable<ReturnType<typeof changesOf>>} changes */
 function apply({ settings, entries }) {
-  const changed = entries.filter(({ keys }) => !keys || Object.keys(keys).length > 0);
-  for (const { index, keys } of changed) {
+  for (const { index, keys } of entries) {
     // the geometries of the page may be others than those of the mesh by now
     const source = state.job?.geometries[index]?.source;
     const mine = state.geometries.find(({ surface }) => surface === source);

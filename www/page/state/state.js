@@ -75,7 +75,7 @@
  * @property {import('hexcast').Material | null} material what it is made of
  */
 
-/** @typedef {{ label: string, act: () => void }} Remedy a button with what helps */
+/** @typedef {{ label: string, act: () => void, key?: string }} Remedy a button with what helps; two of one key do the same */
 
 /**
  * A line of the list of findings.
