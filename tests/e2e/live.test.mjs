@@ -274,3 +274,25 @@ test('what helps one part helps all alike with one button, which undo takes back
   await page.click('#undo');
   await expect(page.locator('#findings-count')).toHaveText('2 findings');
 });
+
+test('who comes without a file sees a part as cells, which goes with the first file', async ({ visit }) => {
+  const page = await visit('', { live: true });
+  await cellsAreDrawn(page);
+  await expect(page.locator('#messages')).toContainText(
+    'This is a sample, a gear: drop your own files anywhere on the page.',
+  );
+  await expect(page.locator('.geometry')).toHaveCount(1);
+  assert.equal(new URL(page.url()).hash, '');
+  await page.setInputFiles('#file-input', SPOT);
+  await expect(page.locator('.geometry[data-file="spot.stl"]')).toHaveCount(1);
+  await expect(page.locator('.geometry')).toHaveCount(1);
+  await expect(page.locator('#legend tr')).toContainText('spot');
+  assert.equal(await page.textContent('#messages'), '');
+  // a second file joins the first
+  await page.setInputFiles('#file-input', {
+    name: 'box.stl',
+    mimeType: '',
+    buffer: Buffer.from(boxBetween([1, 1, 1], [2, 2, 2])),
+  });
+  await expect(page.locator('.geometry')).toHaveCount(2);
+});

@@ -10,7 +10,7 @@ import { startDownloads } from './downloads/downloads.js';
 import { startExports } from './downloads/solver_files.js';
 import { startEstimate } from './run/estimate.js';
 import { startFields } from './settings/wrong_fields.js';
-import { addSample, startFiles } from './geometries/files.js';
+import { addSample, arrive, startFiles } from './geometries/files.js';
 import { startFindings } from './results/findings.js';
 import { startFocus } from './elements/focus.js';
 import { startGeometries } from './geometries/geometries.js';
@@ -67,9 +67,13 @@ async function start() {
   });
   startDevice();
   startHistory();
-  startSession(sample !== null);
+  const isPlain = location.hash === '';
+  const session = startSession(sample !== null);
   await openMesher(state.settings.backend);
   takeSample(sample);
+  await session;
+  const isAsked = document.querySelector('[data-about=session]') !== null;
+  if (isPlain && state.live && state.mesher && !isAsked && state.geometries.length === 0) arrive();
 }
 
 /** @param {string | null} sample */

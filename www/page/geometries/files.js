@@ -16,6 +16,9 @@ import { readSurface } from './surfaces.js';
  * @typedef {{ source: File, settings?: GeometrySettings }} FileIn a file, and settings of its geometry
  */
 
+/** What the page shows to who comes without a file. */
+const ARRIVAL = { sample: 'gear', words: 'a gear' };
+
 let nextId = 1;
 /** @type {Promise<void>} */
 let queue = Promise.resolve();
@@ -103,15 +106,26 @@ export function addSample(id) {
   return addFiles(sampleFiles(id), { sample: id });
 }
 
+/** Shows a real part to who comes without a file; it goes as soon as others are added. */
+export function arrive() {
+  return addFiles(sampleFiles(ARRIVAL.sample), { sample: ARRIVAL.sample, isArrival: true });
+}
+
 /**
  * Reads files one after another and adds their geometries; those of a sample replace all others. A file that cannot be read is
  * reported, and changes nothing.
  *
  * @param {FileIn[] | Promise<FileIn[]>} files
- * @param {{ isFolder?: boolean, sample?: string | null }} [options]
+ * @param {{ isFolder?: boolean, sample?: string | null, isArrival?: boolean }} [options]
  */
-export function addFiles(files, { isFolder = false, sample = null } = {}) {
-  queue = queue.then(async () => readFiles(await files, isFolder, sample)).catch((error) => showError(error));
+export function addFiles(files, { isFolder = false, sample = null, isArrival = false } = {}) {
+  const read = async () => {
+    // somebody was faster
+    if (isArrival && state.geometries.length > 0) return;
+    await readFiles(await files, isFolder, sample);
+    if (isArrival) showArrival();
+  };
+  queue = queue.then(read).catch((error) => showError(error));
   return queue;
 }
 
@@ -122,15 +136,23 @@ async function readFiles(files, isFolder, sample) {
   const { mesher } = state;
   if (!mesher) return;
   clearMessages();
-  if (sample) {
+  const replaces = state.isArrival && files.some(({ source }) => !/\.json$/i.test(source.name));
+  if (sample || replaces) {
     for (const geometry of state.geometries) geometry.surface.dispose();
-    change('geometries', { geometries: [] });
+    change('geometries', { geometries: [], isArrival: false });
   }
   const wanted = isFolder ? files.filter(({ source }) => /\.(stl|obj|ply|off|3mf|glb|hxc)(\.gz)?$/i.test(source.name)) : files;
   if (wanted.length === 0) showNotice('the folder has no file of a surface (STL, OBJ, PLY, OFF, 3MF, GLB)');
   change('phase', { phase: 'reading' });
   for (const file of wanted) await addFile(mesher, file, sample);
   change('phase', { phase: 'idle' });
+}
+
+/** Says that what is shown is a sample. */
+function showArrival() {
+  if (state.geometries.length === 0) return;
+  state.isArrival = true;
+  showNotice(`this is a sample, ${ARRIVAL.words}: drop your own files anywhere on the page`, 'arrival');
 }
 
 /** Resolves once no mesher starts and no mesh is made. */

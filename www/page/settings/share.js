@@ -69,10 +69,17 @@ function showCopies() {
 }
 
 function writeHash() {
-  const hash = hashOf();
+  const hash = ofArrival(hashOf());
   if (location.hash.slice(1) === hash) return;
   written = hash;
   history.replaceState(null, '', hash ? `#${hash}` : location.pathname + location.search);
+}
+
+/** The sample that the page took by itself is not in the address, unless something else is. @param {string} hash */
+function ofArrival(hash) {
+  const query = new URLSearchParams(hash);
+  for (const key of ['sample', 'g']) query.delete(key);
+  return state.isArrival && String(query) === '' ? '' : hash;
 }
 
 /** Whether the address was not changed by this page. */

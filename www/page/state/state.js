@@ -92,6 +92,7 @@
  * @typedef {object} State
  * @property {Mesher | null} mesher null while it starts
  * @property {Geometry[]} geometries in meshing order
+ * @property {boolean} isArrival whether they are the sample that the page took by itself
  * @property {number} revision changes where geometries were changed by other means than their fields
  * @property {Geometry[] | null} patches open geometries that are one closed surface together
  * @property {Settings} settings
@@ -167,6 +168,7 @@ export const PLAIN = Object.freeze({
 export const state = {
   mesher: null,
   geometries: [],
+  isArrival: false,
   revision: 0,
   patches: null,
   settings: { ...DEFAULTS },
