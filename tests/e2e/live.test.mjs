@@ -278,9 +278,7 @@ test('what helps one part helps all alike with one button, which undo takes back
 test('who comes without a file sees a part as cells, which goes with the first file', async ({ visit }) => {
   const page = await visit('', { live: true });
   await cellsAreDrawn(page);
-  await expect(page.locator('#messages')).toContainText(
-    'This is a sample, a gear: drop your own files anywhere on the page.',
-  );
+  await expect(page.locator('#messages')).toContainText('This is a sample, a gear: drop your own files anywhere on the page.');
   await expect(page.locator('.geometry')).toHaveCount(1);
   assert.equal(new URL(page.url()).hash, '');
   await page.setInputFiles('#file-input', SPOT);
@@ -295,4 +293,20 @@ test('who comes without a file sees a part as cells, which goes with the first f
     buffer: Buffer.from(boxBetween([1, 1, 1], [2, 2, 2])),
   });
   await expect(page.locator('.geometry')).toHaveCount(2);
+});
+
+test('undo ends a mesh that is made, and the mesh before comes back', async ({ visit }) => {
+  const page = await visit('#cells=24&fractions=true&fraction_rays=16&backend=cpu', { live: true });
+  await takeLive(page, 'knot', 1);
+  await expect(page.locator('#legend tr')).toHaveCount(1, { timeout: 60_000 });
+  const before = await legend(page);
+  await page.waitForTimeout(500);
+  await page.fill('#cells', '400');
+  await page.waitForSelector('#cancel', { timeout: 60_000 });
+  await page.click('#undo');
+  await expect(page.locator('#cells')).toHaveValue('24');
+  await expect(page.locator('#cancel')).toBeHidden();
+  await expect(page.locator('#stale')).toBeHidden();
+  await expect(page.locator('#status')).not.toHaveText(/Cancelled/);
+  assert.deepEqual(await legend(page), before);
 });

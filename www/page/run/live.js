@@ -32,7 +32,8 @@ async function follow() {
   try {
     while (state.phase === 'idle' && isWanted()) {
       const { job, result } = /** @type {import('../state/state.js').Estimated} */ (state.estimate);
-      await makeMesh('updating', job, result ?? null);
+      // who ended it goes on first
+      if (!(await makeMesh('updating', job, result ?? null))) return;
       // a picture that nobody has seen is not replaced
       await cellsAreDrawn();
     }

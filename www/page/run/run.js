@@ -41,7 +41,8 @@ export function startRun(restarting) {
   byId('cancel').addEventListener('click', () => stop?.abort());
   document.addEventListener('keydown', (event) => {
     if (event.key === 'Enter' && (event.ctrlKey || event.metaKey) && !buttonOf('run').disabled) run();
-    if (event.key === 'Escape') stop?.abort();
+    // what is not seen is no mesh that somebody cancels
+    if (event.key === 'Escape' && isSeen) stop?.abort();
   });
   on(['phase', 'geometries', 'settings', 'fields', 'mesher', 'estimate', 'live', 'mesh'], show);
   show();
@@ -73,7 +74,7 @@ export async function endUpdate() {
 }
 
 /**
- * Makes a mesh and shows it. What goes wrong is said, and is not tried again before the job changes.
+ * Makes a mesh and shows it. What goes wrong is said, and is not tried again before the job changes. False where something else came first.
  *
  * @param {'meshing' | 'updating'} phase updating where nobody asked for it: then it is seen once it takes long, and no focus moves
  * @param {ReturnType<typeof currentJob>} job
@@ -88,7 +89,7 @@ export function makeMesh(phase, job, expected) {
 /** @param {'meshing' | 'updating'} phase @param {ReturnType<typeof currentJob>} job @param {import('hexcast').Estimate | null} expected */
 async function meshAndShow(phase, job, expected) {
   const { mesher } = state;
-  if (!mesher) return;
+  if (!mesher) return false;
   const isAsked = phase === 'meshing';
   clearMessages(isAsked ? undefined : 'run');
   const [status, start, mine] = [byId('status'), performance.now(), new AbortController()];
@@ -103,7 +104,7 @@ async function meshAndShow(phase, job, expected) {
     isSeen = true;
     show();
   }, PATIENCE);
-  const hadFocus = isAsked && (document.activeElement === document.body || document.activeElement === byId('run'));
+  let hadFocus = isAsked && (document.activeElement === document.body || document.activeElement === byId('run'));
   if (hadFocus) byId('cancel').focus({ preventScroll: true });
   try {
     const mesh = await mesher.mesh(job, { signal: mine.signal, onProgress: watch(start, expected?.cells ?? 0) });
@@ -113,23 +114,26 @@ async function meshAndShow(phase, job, expected) {
     const seconds = (performance.now() - start) / 1000;
     if (isAsked) status.ariaLive = 'polite';
     status.textContent = `Meshed ${count(mesh.report.cells)} cells in ${duration(seconds)}.`;
+    hadFocus ||= document.activeElement === byId('cancel');
     isSeen = false;
     change('phase', { phase: 'idle' });
     change('mesh', { mesh, job, runs, expected, left: null });
   } catch (error) {
+    hadFocus ||= document.activeElement === byId('cancel');
     isSeen = false;
-    const isAbort = mine.signal.aborted;
-    if (mine.signal.reason !== SUPERSEDED) state.left = { key: keyOfCells(job), mesher };
+    const [isAbort, isSuperseded] = [mine.signal.aborted, mine.signal.reason === SUPERSEDED];
+    if (!isSuperseded) state.left = { key: keyOfCells(job), mesher };
     // another mesher may be starting: then the page is not idle yet
     if (state.phase === phase) change('phase', { phase: 'idle' });
     status.ariaLive = 'polite';
-    status.textContent = isAbort && state.left ? 'Cancelled; nothing was lost.' : '';
+    status.textContent = isAbort && !isSuperseded ? 'Cancelled; nothing was lost.' : '';
     if (!isAbort) showError(error, undefined, remedy(error), 'run');
   } finally {
     clearTimeout(later);
     stop = null;
     if (hadFocus) byId(byId('run').hidden ? 'run-bar' : 'run').focus({ preventScroll: true });
   }
+  return mine.signal.reason !== SUPERSEDED;
 }
 
 /** What the user can do about a lost or failing device, or an open surface. @param {unknown} error */
