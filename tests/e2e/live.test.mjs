@@ -310,3 +310,44 @@ test('undo ends a mesh that is made, and the mesh before comes back', async ({ v
   await expect(page.locator('#status')).not.toHaveText(/Cancelled/);
   assert.deepEqual(await legend(page), before);
 });
+
+/** What is seen of a mesh: from where, cut where, which plane in which tab, which flags. */
+const looks = (page) =>
+  page.evaluate(() => {
+    const { sight } = document.querySelector('#canvas-3d').dataset;
+    const { eye, target, centre } = JSON.parse(sight);
+    return {
+      eye: eye.map((at, axis) => (at + centre[axis]).toPrecision(3)),
+      target: target.map((at, axis) => (at + centre[axis]).toFixed(2)),
+      cut: [document.querySelector('#section-axis').value, document.querySelector('#section-at').value],
+      plane: [document.querySelector('#slice-y').checked, document.querySelector('#slice-number').value],
+      slices: document.querySelector('#panel-3d').hidden,
+      shown: [...document.querySelectorAll('#legend input')].map(({ checked }) => checked),
+    };
+  });
+
+test('a link opens meshed, and shows it as it was looked at', async ({ visit }) => {
+  const page = await visit('#cells=20&backend=cpu', { live: true });
+  await takeLive(page, 'cubes', 2);
+  await cellsAreDrawn(page);
+  for (let n = 0; n < 3; n += 1) await page.press('#canvas-3d', 'ArrowRight');
+  await page.press('#canvas-3d', '+');
+  await page.selectOption('#section-axis', '0');
+  await page.locator('#section-at').fill('5');
+  await page.uncheck('#legend tr[data-flag="2"] input');
+  await page.click('#tab-slices');
+  await page.check('#slice-y');
+  await page.fill('#slice-number', '7');
+  await expect(page).toHaveURL(/camera=.*&cut=0\+.*&slice=1\+.*&tab=slices&hidden=2/);
+  const before = await looks(page);
+  assert.deepEqual([before.cut, before.plane, before.slices, before.shown], [['0', '5'], [true, '7'], true, [true, false]]);
+  const other = await visit(new URL(page.url()).hash, { live: true });
+  await isMeshed(other, '20 × 10 × 10');
+  await expect(other.locator('#tab-slices')).toHaveAttribute('aria-selected', 'true');
+  await other.click('#tab-3d');
+  await cellsAreDrawn(other);
+  await expect.poll(() => looks(other)).toEqual({ ...before, slices: false });
+  // whatever is changed there, the link follows
+  await other.selectOption('#section-axis', '');
+  await expect(other).not.toHaveURL(/cut=|tab=/);
+});

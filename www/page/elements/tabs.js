@@ -1,10 +1,14 @@
 /** The tabs of the main view, with the keys that tabs have. */
+import { offerLook, takeLook } from '../settings/looks.js';
+import { change, on } from '../state/state.js';
 import { byId } from './dom.js';
 
 const TABS = ['3d', 'slices'];
 
 /** Connects the tabs. */
 export function startTabs() {
+  offerLook('tab', () => (byId('panel-slices').hidden ? '' : 'slices'));
+  on('mesh', () => takeLook('tab') === 'slices' && select('slices'));
   for (const [at, name] of TABS.entries()) {
     const tab = byId(`tab-${name}`);
     tab.addEventListener('click', () => select(name));
@@ -26,4 +30,5 @@ export function select(name) {
     byId(`tab-${other}`).tabIndex = isThis ? 0 : -1;
     byId(`panel-${other}`).hidden = !isThis;
   }
+  change('look');
 }

@@ -5,15 +5,24 @@ import { bytes, count, duration, measure, roughly, times } from '../text/format.
 import { showError } from '../elements/messages.js';
 import { cellFacts } from '../text/cell_facts.js';
 import { holding } from '../state/held.js';
+import { offerLook, takeLook } from '../settings/looks.js';
 import { baseName } from '../settings/share.js';
 import { change, colourOf, on, state } from '../state/state.js';
+
+/** The flags of the last mesh. */
+let listed = '';
 
 /** Connects the panel. */
 export function startResults() {
   on('mesh', () => {
-    state.hidden.clear();
+    const flags = String(state.mesh?.report.flags.map(({ flag }) => flag));
+    // other parts are seen
+    if (flags !== listed) state.hidden.clear();
+    listed = flags;
+    for (const flag of takeLook('hidden')?.split(' ') ?? []) state.hidden.add(Number(flag));
     show();
   });
+  offerLook('hidden', () => [...state.hidden].join(' '));
   on('colours', () => state.mesh && showLegend());
   byId('save-report').addEventListener('click', () => {
     save(new Blob([reportText()], { type: 'application/json' }), `${baseName(state.job)}.report.json`);

@@ -33,7 +33,9 @@ export async function startSession(hasSample) {
   if (!hasSample) await ask().catch(() => {});
   const keepLater = debounce(() => (queue = queue.then(keep).catch(() => {})), 300);
   on('geometries', () => (state.geometries.length > 0 || stored.size > 0) && keepLater());
-  on(['geometries', 'settings', 'colours'], () => state.geometries.length > 0 && keepSettings());
+  const keepSettingsToo = () => state.geometries.length > 0 && keepSettings();
+  on(['geometries', 'settings', 'colours'], keepSettingsToo);
+  on(['look', 'legend'], debounce(keepSettingsToo, 200));
 }
 
 function keepSettings() {

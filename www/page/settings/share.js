@@ -6,6 +6,7 @@
 import { buttonOf, byId, debounce } from '../elements/dom.js';
 import { GEOMETRY_KEYS, currentJob } from '../state/job.js';
 import { flagsOf, numbersOf, writeNumbers } from '../text/format.js';
+import { expectLooks, writeLooks } from './looks.js';
 import { readMaterial, writeMaterial } from './material.js';
 import { showNotice } from '../elements/messages.js';
 import { expectLines, linesFile, waitedLines } from './lines.js';
@@ -41,7 +42,7 @@ let written = /** @type {string | null} */ (null);
 
 /** Writes the hash whenever a parameter changes. */
 export function startSharing() {
-  on(['settings', 'geometries', 'colours'], debounce(writeHash, 200));
+  on(['settings', 'geometries', 'colours', 'look', 'legend'], debounce(writeHash, 200));
   on('geometries', () => {
     showCopies();
     if (state.geometries.length > 0) showWaiting();
@@ -117,6 +118,7 @@ export function hashOf() {
     geometries.length > 0 && geometries.every((geometry) => geometry.sample === geometries[0].sample) && geometries[0].sample;
   if (sample) query.set('sample', sample);
   for (const geometry of geometries) query.append('g', geometryQuery(geometry));
+  writeLooks(query);
   // until files are opened, the settings of a link stay in the address
   if (geometries.length === 0) for (const entry of expected) query.append('g', entry.query);
   return query.toString();
@@ -190,6 +192,7 @@ export function readHash() {
   patch.background = readMaterial(query.get('background') ?? '') ?? null;
   patch.fluid = flagsOf(query.get('fluid') ?? '') ?? DEFAULTS.fluid;
   expectLines(query.get('lines'));
+  expectLooks(query);
   expected = query.getAll('g').map(readGeometry);
   set(patch);
   showWaiting(query.has('sample'));

@@ -113,7 +113,7 @@
  *
  * @typedef {{ job: ReturnType<typeof import('./job.js').currentJob>, result?: import('hexcast').Estimate, error?: import('hexcast').HexcastError, freeBytes: number }} Estimated
  * @typedef {{ geometries: { file?: string, name?: string, source?: Surface }[] }} ShownJob as much of a job as is shown
- * @typedef {'mesher' | 'geometries' | 'patches' | 'settings' | 'fields' | 'estimate' | 'phase' | 'live' | 'mesh' | 'leak' | 'difference' | 'findings' | 'colours' | 'legend'} Topic
+ * @typedef {'mesher' | 'geometries' | 'patches' | 'settings' | 'fields' | 'estimate' | 'phase' | 'live' | 'mesh' | 'leak' | 'difference' | 'findings' | 'colours' | 'legend' | 'look'} Topic
  */
 
 /** The defaults of the job. @type {Readonly<Settings>} */

@@ -52,6 +52,11 @@ export class Camera {
     [this.target, this.offset] = [target, offset];
   }
 
+  /** Target in world lengths, and offset, where somebody moved the camera: six numbers; null where it is fitted to a box. */
+  place() {
+    return this.#fitted ? null : [...plus(this.centre, this.target), ...this.offset];
+  }
+
   /** @returns {Sight} */
   sight() {
     const { centre, target, offset } = this;

@@ -177,6 +177,16 @@ export class Scene {
     return this.#camera.sight();
   }
 
+  /** Where somebody put the camera: its target and offset, six numbers; null where nobody did. */
+  place() {
+    return this.#camera.place();
+  }
+
+  /** Puts the camera to such a place. @param {number[]} place */
+  put(place) {
+    this.#moved(() => this.#camera.put(minus(place.slice(0, 3), this.#camera.centre), place.slice(3)));
+  }
+
   /** From where the camera looks. */
   direction() {
     return this.#camera.offset;

@@ -5,12 +5,13 @@ import { short } from '../text/format.js';
 import { showError } from '../elements/messages.js';
 import { paint } from './flag_pixels.js';
 import { cellAt, centreOf, placeAt } from '../text/places.js';
+import { lookOf, offerLook, takeNumbers } from '../settings/looks.js';
 import { baseName } from '../settings/share.js';
 import { followPlane, moveCursor, startPointers } from './slice_cursor.js';
 import { maskBitmap } from './slice_difference.js';
 import { drawSlice } from './slice_draw.js';
 import { AXES, resetZoom, view, zoomBy } from './slice_view.js';
-import { on, state } from '../state/state.js';
+import { change, on, state } from '../state/state.js';
 
 /** @typedef {import('./slice_view.js').Axis} Axis */
 
@@ -36,6 +37,7 @@ export function startSlices() {
       resetZoom();
     }
     lines = mesh?.lines ?? null;
+    takePlane();
     view.cursor = null;
     load();
   });
@@ -61,8 +63,23 @@ export function startSlices() {
   const canvas = canvasOf('canvas-slice');
   startPointers(canvas, draw);
   canvas.addEventListener('keydown', moveByKey);
+  offerLook('slice', () => {
+    const { axis, index } = view;
+    const isMiddle =
+      !lines || index.every((at, other) => at === Math.floor(/** @type {import('hexcast').Lines} */ (lines).dims[other] / 2));
+    return lines && !(axis === 2 && isMiddle) ? lookOf([axis, ...centreOf(lines, index)]) : '';
+  });
   new ResizeObserver(draw).observe(/** @type {HTMLElement} */ (canvas.parentElement));
   matchMedia('(prefers-color-scheme: dark)').addEventListener('change', draw);
+}
+
+/** The planes of a link. */
+function takePlane() {
+  const [axis, ...place] = takeNumbers('slice', 4) ?? [];
+  if (!lines || ![0, 1, 2].includes(axis)) return;
+  view.axis = /** @type {Axis} */ (axis);
+  inputOf(`slice-${AXES[axis]}`).checked = true;
+  view.index = cellAt(lines, place);
 }
 
 /** Whether a place is in the box of some lines. @param {import('hexcast').Lines} of @param {number[]} place */
@@ -120,6 +137,7 @@ async function load() {
   if (!mesh) return draw();
   const { axis } = view;
   const index = view.index[axis];
+  change('look');
   showPlane(mesh, axis, index);
   const mine = ++request;
   try {

@@ -5,8 +5,9 @@ import { cellText } from '../text/cell_facts.js';
 import { save } from '../downloads/downloads.js';
 import { clearMessages, showError, showNotice } from '../elements/messages.js';
 import { domainOf } from '../settings/settings.js';
+import { lookOf, offerLook, takeNumbers } from '../settings/looks.js';
 import { baseName } from '../settings/share.js';
-import { colourOf, on, placeKey, state } from '../state/state.js';
+import { change, colourOf, on, placeKey, state } from '../state/state.js';
 import { cellAt, placeAt } from '../text/places.js';
 import { isLive } from '../run/live_rule.js';
 import { flagColours } from './flag_pixels.js';
@@ -60,6 +61,8 @@ export function startView3d() {
   byId('section-axis').addEventListener('change', () => cut(true));
   byId('section-at').addEventListener('input', () => cut());
   byId('canvas-3d').addEventListener('keydown', turnByKey);
+  offerLook('camera', () => lookOf((state.mesh && opened?.place()) || []));
+  offerLook('cut', () => (cutAt === null ? '' : lookOf([Number(selectOf('section-axis').value), side, cutAt])));
 }
 
 /**
@@ -93,6 +96,7 @@ function isDrawn({ n, isWhole, cells, step }) {
   // for tests
   const sight = JSON.stringify(opened?.sight());
   Object.assign(byId('canvas-3d').dataset, { pictures: n, whole: isWhole, meshes: cells, sight });
+  if (isWhole) change('look');
   if (!said || cells !== opened?.n_meshes) return;
   byId('view-status').textContent = said;
   said = '';
@@ -223,6 +227,7 @@ async function showMesh() {
     drawn = mesh;
     scene.setColours(flagColours(state.hidden));
     scene.setCells(mesh, runs);
+    takeCut();
     keepCut(mesh);
     scene.setBox(domainOf(mesh.report));
     mark();
@@ -230,6 +235,8 @@ async function showMesh() {
     choose(cells > 0 ? 'cells' : 'model');
     if (state.geometries.length === 0 || isToFit) fit();
     isToFit = false;
+    const place = takeNumbers('camera', 6);
+    if (place) scene.put(place);
     if (!state.live) scrollToView();
   });
   return undefined;
@@ -273,6 +280,15 @@ function scrollToView() {
 async function savePicture(scene) {
   const picture = await scene.picture();
   if (picture) save(picture, `${baseName(state.job)}-3d.png`);
+}
+
+/** The section of a link. */
+function takeCut() {
+  const [axis, towards, at] = takeNumbers('cut', 3) ?? [];
+  if (![0, 1, 2].includes(axis)) return;
+  selectOf('section-axis').value = String(axis);
+  side = towards < 0 ? -1 : 1;
+  cutAt = at;
 }
 
 /** The section stays at its place in another mesh. @param {import('hexcast').Mesh} mesh */
