@@ -42,7 +42,9 @@ let written = /** @type {string | null} */ (null);
 
 /** Writes the hash whenever a parameter changes. */
 export function startSharing() {
-  on(['settings', 'geometries', 'colours', 'look', 'legend'], debounce(writeHash, 200));
+  on(['settings', 'geometries', 'colours'], debounce(writeHash, 200));
+  // a camera that moves does not put off the rest
+  on(['look', 'legend'], debounce(writeHash, 200));
   on('geometries', () => {
     showCopies();
     if (state.geometries.length > 0) showWaiting();

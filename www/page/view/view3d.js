@@ -34,6 +34,8 @@ let hasFailed = false;
 const waiting = [];
 /** Whether models came or went while cells are shown: the camera follows with the next mesh. */
 let isToFit = false;
+/** Where the camera was in the last picture. */
+let lastPlace = '';
 /** Where the section is, in world lengths, so that it stays there. @type {number | null} */
 let cutAt = null;
 /** The side that the section removes: the one of the camera when its axis was chosen. */
@@ -96,7 +98,9 @@ function isDrawn({ n, isWhole, cells, step }) {
   // for tests
   const sight = JSON.stringify(opened?.sight());
   Object.assign(byId('canvas-3d').dataset, { pictures: n, whole: isWhole, meshes: cells, sight });
-  if (isWhole) change('look');
+  const place = String(opened?.place());
+  if (isWhole && place !== lastPlace) change('look');
+  if (isWhole) lastPlace = place;
   if (!said || cells !== opened?.n_meshes) return;
   byId('view-status').textContent = said;
   said = '';
@@ -310,6 +314,8 @@ function cut(isNew = false) {
   slider.disabled = choice === '';
   byId('section-where').textContent = '';
   cutAt = null;
+  // heard once it is there
+  queueMicrotask(() => change('look'));
   if (!mesh || choice === '') return withScene((scene) => scene.setSection(null));
   const axis = /** @type {0 | 1 | 2} */ (Number(choice));
   slider.max = String(mesh.dims[axis] - 1);
