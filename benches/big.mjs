@@ -80,6 +80,8 @@ const MOMENTS = { read: [2, 5], preview: [0.3, 1, 2], estimate: [0.1, 1], mesh: 
  */
 async function cancelStages(browser, url, file) {
   const page = await browser.newPage();
+  // the page meshes nothing by itself beside it
+  await page.addInitScript(() => localStorage.setItem('hexcast-live', 'off'));
   await page.goto(url);
   await page.evaluate(() => document.body.append(Object.assign(document.createElement('input'), { type: 'file', id: 'big' })));
   await page.setInputFiles('#big', file);

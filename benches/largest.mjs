@@ -27,6 +27,8 @@ import { output, table } from './results.mjs';
  */
 async function largestInPage({ context, url, spheres }, n) {
   const page = await context.newPage();
+  // the page meshes nothing by itself beside it
+  await page.addInitScript(() => localStorage.setItem('hexcast-live', 'off'));
   await page.goto(url);
   const input = await page.evaluateHandle(() =>
     document.body.appendChild(Object.assign(document.createElement('input'), { type: 'file' })),
