@@ -5,7 +5,7 @@ import path from 'node:path';
 
 import { build } from '../scripts/build.mjs';
 import { serve } from '../scripts/serve.mjs';
-import { openChromium } from '../tests/e2e/browsers.mjs';
+import { meshByClick, openChromium } from '../tests/e2e/browsers.mjs';
 import { writeWave } from '../tests/e2e/wave.mjs';
 import { table } from './results.mjs';
 
@@ -81,7 +81,7 @@ const MOMENTS = { read: [2, 5], preview: [0.3, 1, 2], estimate: [0.1, 1], mesh: 
 async function cancelStages(browser, url, file) {
   const page = await browser.newPage();
   // the page meshes nothing by itself beside it
-  await page.addInitScript(() => localStorage.setItem('hexcast-live', 'off'));
+  await page.addInitScript(meshByClick);
   await page.goto(url);
   await page.evaluate(() => document.body.append(Object.assign(document.createElement('input'), { type: 'file', id: 'big' })));
   await page.setInputFiles('#big', file);

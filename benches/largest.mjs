@@ -4,6 +4,7 @@ import { createHash } from 'node:crypto';
 import { readFileSync, statSync } from 'node:fs';
 import path from 'node:path';
 
+import { meshByClick } from '../tests/e2e/browsers.mjs';
 import { output, table } from './results.mjs';
 
 /**
@@ -28,7 +29,7 @@ import { output, table } from './results.mjs';
 async function largestInPage({ context, url, spheres }, n) {
   const page = await context.newPage();
   // the page meshes nothing by itself beside it
-  await page.addInitScript(() => localStorage.setItem('hexcast-live', 'off'));
+  await page.addInitScript(meshByClick);
   await page.goto(url);
   const input = await page.evaluateHandle(() =>
     document.body.appendChild(Object.assign(document.createElement('input'), { type: 'file' })),

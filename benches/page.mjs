@@ -5,7 +5,7 @@ import path from 'node:path';
 import { build } from '../scripts/build.mjs';
 import { swiftshaderEnv } from '../scripts/machine.mjs';
 import { serve } from '../scripts/serve.mjs';
-import { openChromiumProfile } from '../tests/e2e/browsers.mjs';
+import { meshByClick, openChromiumProfile } from '../tests/e2e/browsers.mjs';
 import { benchLargest } from './largest.mjs';
 import { median, ms, span, table, timeStages } from './results.mjs';
 
@@ -94,7 +94,7 @@ async function race(site, n) {
 async function runOnPage({ context, url, spheres, runs }, n, backend) {
   const page = await context.newPage();
   // each mesh is made by a click
-  await page.addInitScript(() => localStorage.setItem('hexcast-live', 'off'));
+  await page.addInitScript(meshByClick);
   try {
     // another hash alone would not load the page again
     await page.goto(`${url}?${backend}#cells=${n}&backend=${backend}`);

@@ -25,6 +25,12 @@ const FIREFOX_PREFS = {
   'gfx.webgpu.ignore-blocklist': true,
 };
 
+/** Before the page's scripts: the user has switched off that the page meshes whatever changes. */
+export function meshByClick() {
+  // an empty page has no storage
+  if (location.protocol !== 'about:') localStorage.setItem('hexcast-live', 'off');
+}
+
 /** Starts Chromium; resolves to a Playwright browser. @param {string[]} [args] */
 export function openChromium(args = []) {
   return playwright.launch({ executablePath: chromium() ?? undefined, args: [...CHROMIUM_ARGS, ...args] });

@@ -7,7 +7,7 @@ import { test as base } from '@playwright/test';
 
 import { serve } from '../../scripts/serve.mjs';
 import { ISOLATED } from '../../vite.config.mjs';
-import { complaintsOf, openFirefox } from './browsers.mjs';
+import { complaintsOf, meshByClick, openFirefox } from './browsers.mjs';
 import { serveWithWorker } from './workers.mjs';
 
 export const COPPER = '#d98324';
@@ -82,12 +82,6 @@ export const test = base.extend({
     await browser.close();
   },
 });
-
-/** The user has switched off that the page meshes whatever changes. */
-export function meshByClick() {
-  // an empty page has no storage
-  if (location.protocol !== 'about:') localStorage.setItem('hexcast-live', 'off');
-}
 
 /** The dialogue for a place to save is the browser's own: no test can answer it. */
 function withoutPicker() {

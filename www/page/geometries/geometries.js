@@ -67,8 +67,7 @@ function showFacts(geometry) {
   if (element.dataset.key === key) return;
   element.dataset.key = key;
   element.replaceChildren(...facts(geometry));
-  const { closed_parity: isClosed, closed_oriented: isOriented } = info;
-  element.closest('.geometry')?.classList.toggle('doubtful', isClosed !== undefined && !(isClosed && isOriented));
+  element.closest('.geometry')?.classList.toggle('doubtful', info.closed_parity !== undefined && !isClosed(info));
 }
 
 /** @param {Geometry} geometry */
@@ -181,7 +180,6 @@ function facts(geometry) {
   const [low, high] = placedBox(info.bounding_box, placing);
   const factors = [placing.scale ?? 1, placing.scale ?? 1, placing.scale ?? 1].flat();
   const size = high.map((end, axis) => end - low[axis]);
-  const isClosed = info.closed_parity && info.closed_oriented;
   const list = make('dl', { className: 'facts' });
   const fact = (/** @type {string} */ term, /** @type {string} */ value, properties = {}) =>
     list.append(make('dt', {}, term), make('dd', properties, value));
@@ -194,8 +192,8 @@ function facts(geometry) {
   fact('From', ends(low));
   fact('To', ends(high));
   // the volume of an open surface depends on the origin
-  fact('Volume', `${isClosed ? '' : 'about '}${measure(info.volume * factors[0] * factors[1] * factors[2], unit, 3)}`);
-  fact('Surface', closedness(info), { className: isClosed ? 'good' : 'warn' });
+  fact('Volume', `${isClosed(info) ? '' : 'about '}${measure(info.volume * factors[0] * factors[1] * factors[2], unit, 3)}`);
+  fact('Surface', closedness(info), { className: isClosed(info) ? 'good' : 'warn' });
   /** @type {HTMLElement[]} */
   const parts = [list];
   if (isLeftUnchecked(geometry)) {
@@ -209,10 +207,14 @@ function facts(geometry) {
 }
 
 /** @param {Geometry['info']} info */
+function isClosed(info) {
+  return Boolean(info.closed_parity && info.closed_oriented);
+}
+
+/** @param {Geometry['info']} info */
 function closedness(info) {
   if (info.closed_parity === undefined) return 'edges not checked yet';
-  if (info.closed_parity && info.closed_oriented)
-    return (info.shells ?? 1) > 1 ? `closed, ${count(info.shells ?? 1)} shells` : 'closed';
+  if (isClosed(info)) return (info.shells ?? 1) > 1 ? `closed, ${count(info.shells ?? 1)} shells` : 'closed';
   if (info.closed_parity)
     return `closed, but ${info.flipped_edges ? edges(info.flipped_edges, 'flipped') : 'facets face both ways'}: inside is where the number of crossings is odd`;
   return `not closed: ${info.open_edges ? edges(info.open_edges, 'open') : 'odd numbers of facets meet'}`;

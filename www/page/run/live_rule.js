@@ -26,7 +26,7 @@ export function hasSources({ geometries }) {
   return geometries.every(({ source }) => source);
 }
 
-/** Whether a mesh of this job was cancelled, or failed, with this mesher, or was put aside for a file of columns. @param {import('../state/state.js').ShownJob} job */
+/** Whether a mesh of this job was cancelled, or failed, with this mesher, or gave way to a file of columns. @param {import('../state/state.js').ShownJob} job */
 function isLeft(job) {
   return state.left?.mesher === state.mesher && state.left?.key === keyOfCells(job);
 }

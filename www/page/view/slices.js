@@ -33,7 +33,7 @@ export function startSlices() {
     const isKept = mesh !== null && place !== null && holds(mesh.lines, place);
     if (isKept) view.index = cellAt(mesh.lines, place);
     else {
-      view.index = mesh ? mesh.dims.map((n) => Math.floor(n / 2)) : [0, 0, 0];
+      view.index = mesh ? middleOf(mesh) : [0, 0, 0];
       resetZoom();
     }
     lines = mesh?.lines ?? null;
@@ -65,12 +65,17 @@ export function startSlices() {
   canvas.addEventListener('keydown', moveByKey);
   offerLook('slice', () => {
     const { axis, index } = view;
-    const isMiddle =
-      !lines || index.every((at, other) => at === Math.floor(/** @type {import('hexcast').Lines} */ (lines).dims[other] / 2));
-    return lines && !(axis === 2 && isMiddle) ? lookOf([axis, ...centreOf(lines, index)]) : '';
+    if (!lines) return '';
+    const isAsItComes = axis === 2 && String(index) === String(middleOf(lines));
+    return isAsItComes ? '' : lookOf([axis, ...centreOf(lines, index)]);
   });
   new ResizeObserver(draw).observe(/** @type {HTMLElement} */ (canvas.parentElement));
   matchMedia('(prefers-color-scheme: dark)').addEventListener('change', draw);
+}
+
+/** The planes in the middle. @param {{ dims: number[] }} of */
+function middleOf({ dims }) {
+  return dims.map((n) => Math.floor(n / 2));
 }
 
 /** The planes of a link. */

@@ -99,8 +99,10 @@ function isDrawn({ n, isWhole, cells, step }) {
   const sight = JSON.stringify(opened?.sight());
   Object.assign(byId('canvas-3d').dataset, { pictures: n, whole: isWhole, meshes: cells, sight });
   const place = String(opened?.place());
-  if (isWhole && place !== lastPlace) change('look');
-  if (isWhole) lastPlace = place;
+  if (isWhole && place !== lastPlace) {
+    lastPlace = place;
+    change('look');
+  }
   if (!said || cells !== opened?.n_meshes) return;
   byId('view-status').textContent = said;
   said = '';
@@ -314,8 +316,7 @@ function cut(isNew = false) {
   slider.disabled = choice === '';
   byId('section-where').textContent = '';
   cutAt = null;
-  // heard once it is there
-  queueMicrotask(() => change('look'));
+  change('look');
   if (!mesh || choice === '') return withScene((scene) => scene.setSection(null));
   const axis = /** @type {0 | 1 | 2} */ (Number(choice));
   slider.max = String(mesh.dims[axis] - 1);
