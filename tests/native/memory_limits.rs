@@ -196,7 +196,7 @@ fn the_command_keeps_its_limit_whatever_it_reads() {
             "100MB",
             "-q",
         ]);
-        assert!(peak <= 100_000_000, "{what}: {peak} bytes, exit code {code}: {said}");
+        assert!(peak <= 100_000_000, "{said}\n{what}: {peak} bytes, exit code {code}");
         assert!([0, 3, 4, 5].contains(&code), "{what}: {code}: {said}");
         std::fs::remove_file(&name).expect("removed");
     }
@@ -226,7 +226,7 @@ fn facets_without_common_corners_are_meshed_or_refused_within_the_limit() {
                 "-q",
             ]);
             let limit: u64 = max.trim_end_matches("MB").parse::<u64>().expect("a number") * 1_000_000;
-            assert!(peak <= limit, "--open {open} within {max}: {peak} bytes, exit code {code}: {said}");
+            assert!(peak <= limit, "{said}\n--open {open} within {max}: {peak} bytes, exit code {code}");
             assert!(code == 0 || code == 5 && said.contains("are allowed"), "{max}: {code}: {said}");
             codes.push(code);
         }
@@ -258,7 +258,7 @@ fn info_examines_edges_within_its_limit() {
     let mut codes = Vec::new();
     for max in [20, 40, 60, 80, 100, 120, 200] {
         let (code, said, peak) = watched(&["info", &name, "--max-memory", &format!("{max}MB")]);
-        assert!(peak <= max * 1_000_000, "within {max} MB: {peak} bytes, exit code {code}: {said}");
+        assert!(peak <= max * 1_000_000, "{said}\nwithin {max} MB: {peak} bytes, exit code {code}");
         assert!(code == 0 || code == 5 && said.contains("are allowed"), "{max} MB: {code}: {said}");
         codes.push(code);
     }
@@ -289,7 +289,7 @@ fn a_picture_for_which_there_is_no_room_is_refused_before_the_mesh_is_made() {
             let (code, said, peak) = watched_on(n_threads, &arguments);
             assert!(
                 peak <= max * 1_000_000,
-                "{picture:?} on {n_threads} threads within {max} MB: {peak} bytes, exit code {code}: {said}"
+                "{said}\n{picture:?} on {n_threads} threads within {max} MB: {peak} bytes, exit code {code}"
             );
             assert!(code == 0 || code == 5 && said.contains("pixels"), "{picture:?} within {max} MB: {code}: {said}");
             let is_made = std::fs::remove_file(&mesh).is_ok();

@@ -28,10 +28,15 @@ pub(crate) fn resident_bytes() -> Option<u64> {
     kilobytes("/proc/self/status", "VmRSS:")
 }
 
+/// Bytes that a process comes to hold without asking after it was looked at: pages of the program that run later, and lists
+/// that are too small to be asked for.
+const UNASKED_BYTES: u64 = 2_000_000;
+
 /// A limit of memory of which the program has its part, and which counts what this process holds.
 pub(crate) fn limit(max_bytes: u64) -> Memory {
     let program_bytes = program_bytes(false);
-    Memory::measured(max_bytes, if program_bytes < max_bytes { program_bytes } else { 0 }, resident_bytes)
+    let resident = || resident_bytes().map(|bytes| bytes + UNASKED_BYTES);
+    Memory::measured(max_bytes, if program_bytes < max_bytes { program_bytes } else { 0 }, resident)
 }
 
 /// Value in bytes of a line such as `VmHWM:  1234 kB`.
