@@ -7,6 +7,7 @@ import { build } from '../scripts/build.mjs';
 import { serve } from '../scripts/serve.mjs';
 import { meshByClick, openChromium } from '../tests/e2e/browsers.mjs';
 import { writeWave } from '../tests/e2e/wave.mjs';
+import { ISOLATED } from '../vite.config.mjs';
 import { table } from './results.mjs';
 
 /** Points around the axis of the model: 2e7 facets, 1 GB. */
@@ -14,49 +15,38 @@ const POINTS = 4472;
 /** Milliseconds between two looks at the memory. */
 const PAUSE = 100;
 
+/** Pages that are opened: what their servers send, and how many threads that gives the mesher. */
+const PAGES = [
+  { name: 'as `npm start` serves it, on all cores', headers: ISOLATED },
+  { name: 'first visit elsewhere, one thread', headers: {} },
+];
+
 /** @param {{ folder: string, quick: boolean }} bench @returns {Promise<import('./bench.mjs').Measured>} */
 export async function benchBig({ folder, quick }) {
   const file = path.join(folder, 'wave.stl');
   const n_facets = writeWave(file, quick ? POINTS / 4 : POINTS);
   console.log(await build());
-  const server = await serve();
   const browser = await openChromium(['--enable-unsafe-swiftshader']);
   try {
-    const page = await (await browser.newContext()).newPage();
-    await page.addInitScript(listen);
-    await page.goto(`${server.url}#cells=256&backend=cpu`);
-    await page.waitForSelector('body[data-phase=idle]');
-    const session = await browser.newBrowserCDPSession();
-    const memory = watch(session);
-    await page.evaluate(() => Object.assign(window, { start: performance.now() }));
-    await page.setInputFiles('#file-input', file);
-    await page.waitForFunction(() => document.querySelector('.geometry .facts')?.textContent?.includes('Surfaceclosed'), null, {
-      timeout: 600_000,
-    });
-    const opened = memory.take();
-    const ends = await page.evaluate(() => Reflect.get(window, 'ends'));
-    const meshable = await page.evaluate(() => Reflect.get(window, 'meshable'));
-    const start = performance.now();
-    await page.click('#run');
-    await page.waitForSelector('#legend tr', { timeout: 600_000 });
-    const seconds = (performance.now() - start) / 1000;
-    const rows = [
-      ['read', ends.read, ''],
-      ['can be meshed', meshable, ''],
-      ['drawn', ends.preview, ''],
-      ['edges are known', ends.check, opened],
-      ['256^3 cells, after another click', seconds, memory.take()],
-    ];
-    memory.end();
-    await page.close();
-    const cancels = await cancelStages(browser, server.url, file);
+    /** @type {Map<string, string[]>} */
+    const rows = new Map();
+    /** @type {[string, number][]} */
+    let cancels = [];
+    for (const { headers } of PAGES) {
+      const server = await serve({ headers });
+      try {
+        for (const [name, s, gb] of await openFile(browser, server.url, file)) {
+          rows.set(name, [...(rows.get(name) ?? [name]), s.toFixed(1), gb ? gb.toFixed(2) : '']);
+        }
+        cancels = await cancelStages(browser, server.url, file);
+      } finally {
+        await server.close();
+      }
+    }
     const text = [
       `\n${n_facets} facets, seconds since the file was chosen, and the most memory of the page's process (RSS) until then:`,
-      table(
-        ['', 's', 'GB'],
-        rows.map(([name, s, gb]) => [name, Number(s).toFixed(1), gb && Number(gb).toFixed(2)]),
-      ),
-      'Seconds from a cancel to the answer of the next call, the longest of those at some moments of each stage:',
+      table(['', ...PAGES.flatMap(({ name }) => [`${name}: s`, 'GB'])], [...rows.values()]),
+      'Seconds from a cancel to the answer of the next call, on one thread, the longest of those at some moments of each stage:',
       table(
         ['', 's'],
         cancels.map(([stage, s]) => [stage, s.toFixed(2)]),
@@ -65,8 +55,43 @@ export async function benchBig({ folder, quick }) {
     return { adapter: 'none', text: text.join('\n\n') };
   } finally {
     await browser.close();
-    await server.close();
   }
+}
+
+/**
+ * Chooses the file on a page, waits until its edges are known, and meshes it: the seconds of each step, and the most memory.
+ *
+ * @param {import('@playwright/test').Browser} browser @param {string} url @param {string} file
+ * @returns {Promise<[string, number, number?][]>}
+ */
+async function openFile(browser, url, file) {
+  const page = await (await browser.newContext()).newPage();
+  await page.addInitScript(listen);
+  await page.goto(`${url}#cells=256&backend=cpu`);
+  await page.waitForSelector('body[data-phase=idle]');
+  const memory = watch(await browser.newBrowserCDPSession());
+  await page.evaluate(() => Object.assign(window, { start: performance.now() }));
+  await page.setInputFiles('#file-input', file);
+  await page.waitForFunction(() => document.querySelector('.geometry .facts')?.textContent?.includes('Surfaceclosed'), null, {
+    timeout: 600_000,
+  });
+  const opened = memory.take();
+  const ends = await page.evaluate(() => Reflect.get(window, 'ends'));
+  const meshable = await page.evaluate(() => Reflect.get(window, 'meshable'));
+  const start = performance.now();
+  await page.click('#run');
+  await page.waitForSelector('#legend tr', { timeout: 600_000 });
+  const seconds = (performance.now() - start) / 1000;
+  const meshed = memory.take();
+  memory.end();
+  await page.context().close();
+  return [
+    ['read', ends.read],
+    ['can be meshed', meshable],
+    ['drawn', ends.preview],
+    ['edges are known', ends.check, opened],
+    ['256^3 cells, after another click', seconds, meshed],
+  ];
 }
 
 /** Seconds after which stages are cancelled. */

@@ -66,20 +66,75 @@ pub(super) struct Asked {
     pub(super) edges: bool,
 }
 
-/// What a flag has.
-#[derive(Clone, Default)]
+/// What a flag has of a cell.
+#[derive(Clone, Copy, Default)]
 pub(super) struct Share {
     pub(super) flag: u8,
     pub(super) cell: OfCell,
+}
+
+/// What a flag has of the faces of a cell, and of its edges.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Border {
     pub(super) faces: [OfFace; 6],
     pub(super) edges: [i64; 12],
+}
+
+impl Border {
+    /// Whether nothing of faces and edges has the flag.
+    pub(super) fn is_empty(&self) -> bool {
+        self.faces.iter().all(|face| face[0] == 0) && self.edges.iter().all(|&edge| edge == 0)
+    }
+}
+
+/// What flags have of a cell, in their order.
+#[derive(Default)]
+pub(super) struct Flags {
+    pub(super) shares: Vec<Share>,
+    /// One a share, or none where they are not asked for, as they are large.
+    pub(super) borders: Vec<Border>,
+    has_borders: bool,
+}
+
+impl Flags {
+    fn begin(&mut self, asked: Asked) {
+        self.shares.clear();
+        self.borders.clear();
+        self.has_borders = asked.faces || asked.edges;
+    }
+
+    /// The place of a flag, which has nothing where it was not there.
+    fn place(&mut self, flag: u8) -> usize {
+        let at = self.shares.iter().position(|share| share.flag >= flag).unwrap_or(self.shares.len());
+        if self.shares.get(at).is_none_or(|share| share.flag > flag) {
+            self.shares.insert(at, Share { flag, ..Share::default() });
+            if self.has_borders {
+                self.borders.insert(at, Border::default());
+            }
+        }
+        at
+    }
+
+    fn add_cell(&mut self, flag: u8, sum: OfCell) {
+        let at = self.place(flag);
+        add_all(&mut self.shares[at].cell, sum);
+    }
+
+    fn add_face(&mut self, flag: u8, face: usize, sum: OfFace) {
+        let at = self.place(flag);
+        add_all(&mut self.borders[at].faces[face], sum);
+    }
+
+    fn add_edge(&mut self, flag: u8, edge: usize, length: i64) {
+        let at = self.place(flag);
+        self.borders[at].edges[edge] += length;
+    }
 }
 
 /// What all flags have of a cell; memory that is used for one after the other.
 #[derive(Default)]
 pub(super) struct Shares {
-    /// In no order.
-    pub(super) flags: Vec<Share>,
+    pub(super) flags: Flags,
     pub(super) is_sampled: bool,
     windings: Vec<Winding>,
     ranges: Vec<Range<usize>>,
@@ -109,7 +164,7 @@ impl Scene<'_> {
     /// Measures a cell, given the state at its low corner.
     pub(super) fn measure(&self, pieces: &Pieces, of_cell: &[Piece], state: &State, shares: &mut Shares) {
         let Shares { flags, is_sampled, windings, ranges } = shares;
-        flags.clear();
+        flags.begin(self.asked);
         ranges.clear();
         let (mut present, mut start) = ([0; 4], 0);
         for of_rank in of_cell.chunk_by(|one, other| one.rank() == other.rank()) {
@@ -152,45 +207,27 @@ impl Scene<'_> {
     }
 
     /// A cell in which one surface decides, which has two sides there: so it has on the faces.
-    fn of_one(
-        &self,
-        pieces: &Pieces,
-        (winding, of_rank): (&Winding, &[Piece]),
-        two: Two,
-        rest: u8,
-        flags: &mut Vec<Share>,
-    ) {
+    fn of_one(&self, pieces: &Pieces, (winding, of_rank): (&Winding, &[Piece]), two: Two, rest: u8, flags: &mut Flags) {
         let flag = self.flag(Some(winding.rank));
-        let mut own = Share { flag, ..Share::default() };
-        own.cell = within(winding.inside_cell(two));
+        let own = within(winding.inside_cell(two));
+        flags.add_cell(flag, own);
+        flags.add_cell(rest, less(WHOLE_CELL, own));
         if self.asked.faces {
             for face in 0..6 {
                 let on_face = winding.two_of_face((pieces, of_rank), face, true, &self.insides);
-                own.faces[face] = within(winding.inside_face(face, on_face.unwrap_or(two)));
+                let own = within(winding.inside_face(face, on_face.unwrap_or(two)));
+                flags.add_face(flag, face, own);
+                flags.add_face(rest, face, less(WHOLE_FACE, own));
             }
         }
-        let mut other = Share { flag: rest, ..Share::default() };
-        other.cell = less(WHOLE_CELL, own.cell);
-        other.faces = own.faces.map(|face| less(WHOLE_FACE, face));
         if self.asked.edges {
             let found = Found { cuts: vec![(winding, of_rank)], rest };
-            flags.extend([own, other]);
-            if flag == rest {
-                flags.truncate(1);
-                flags[0].cell = WHOLE_CELL;
-                flags[0].faces = [WHOLE_FACE; 6];
-            }
             (0..12).for_each(|edge| self.edge(&found, edge, flags));
-        } else if flag == rest {
-            flags.push(Share { flag, cell: WHOLE_CELL, faces: [WHOLE_FACE; 6], edges: [0; 12] });
-        } else {
-            // in their order, as they are large to move
-            flags.extend(if flag < rest { [own, other] } else { [other, own] });
         }
     }
 
     /// Measures the volumes of a cell; returns whether rays had to.
-    fn cell(&self, pieces: &Pieces, Found { cuts, rest }: &Found, flags: &mut Vec<Share>) -> bool {
+    fn cell(&self, pieces: &Pieces, Found { cuts, rest }: &Found, flags: &mut Flags) -> bool {
         let twos: Option<Vec<Two>> = cuts.iter().map(|(winding, of)| self.two_of_cell(pieces, winding, of)).collect();
         let columns = twos.and_then(|twos| {
             let both = cuts.iter().zip(twos).rev();
@@ -204,13 +241,13 @@ impl Scene<'_> {
         let sums = columns.unwrap_or_else(|| sampled_cell(pieces, cuts, &self.insides));
         let flags_of = cuts.iter().map(|(winding, _)| self.flag(Some(winding.rank))).chain([*rest]);
         for (flag, sum) in flags_of.zip(sums) {
-            add_all(&mut share(flags, flag).cell, sum);
+            flags.add_cell(flag, sum);
         }
         is_sampled
     }
 
     /// Measures the areas of a face: by what is on it alone, so that both of its cells find the same.
-    fn face(&self, pieces: &Pieces, found: &Found, face: usize, flags: &mut Vec<Share>) {
+    fn face(&self, pieces: &Pieces, found: &Found, face: usize, flags: &mut Flags) {
         let corner = ends_of(edges_of(face)[0])[0];
         let at_corner = |winding: &Winding| self.insides.holds(winding.rank, winding.corners[corner]);
         let whole = found.cuts.iter().rposition(|(winding, _)| !winding.is_on(face) && at_corner(winding));
@@ -239,12 +276,12 @@ impl Scene<'_> {
         let sums = strips.unwrap_or_else(|| sampled_face(pieces, &cuts, face, &self.insides));
         let flags_of = cuts.iter().map(|(winding, _)| self.flag(Some(winding.rank))).chain([rest]);
         for (flag, sum) in flags_of.zip(sums) {
-            add_all(&mut share(flags, flag).faces[face], sum);
+            flags.add_face(flag, face, sum);
         }
     }
 
     /// Measures the lengths of an edge.
-    fn edge(&self, Found { cuts, rest }: &Found, edge: usize, flags: &mut Vec<Share>) {
+    fn edge(&self, Found { cuts, rest }: &Found, edge: usize, flags: &mut Flags) {
         let corner = ends_of(edge)[0];
         let mut windings: Vec<i32> = cuts.iter().map(|(winding, _)| winding.corners[corner]).collect();
         let changes = cuts.iter().enumerate().flat_map(|(of, (winding, _))| {
@@ -255,7 +292,7 @@ impl Scene<'_> {
         let holds = |of: usize, winding| self.insides.holds(cuts[of].0.rank, winding);
         lengths(&mut changes, &mut windings, holds, |of, start, end| {
             let flag = cuts.get(of).map_or(*rest, |(winding, _)| self.flag(Some(winding.rank)));
-            share(flags, flag).edges[edge] += end - start;
+            flags.add_edge(flag, edge, end - start);
         });
     }
 }
@@ -264,15 +301,6 @@ impl Scene<'_> {
 const WHOLE_CELL: OfCell = [WHOLE, WHOLE / 2, WHOLE / 2, WHOLE / 2];
 /// Integrals over a whole face.
 const WHOLE_FACE: OfFace = [WHOLE, WHOLE / 2, WHOLE / 2];
-
-/// The share of a flag.
-fn share(flags: &mut Vec<Share>, flag: u8) -> &mut Share {
-    let at = flags.iter().position(|share| share.flag == flag).unwrap_or(flags.len());
-    if at == flags.len() {
-        flags.push(Share { flag, ..Share::default() });
-    }
-    &mut flags[at]
-}
 
 fn add_all<const N: usize>(sum: &mut [i64; N], more: [i64; N]) {
     sum.iter_mut().zip(more).for_each(|(sum, more)| *sum += more);

@@ -1,6 +1,6 @@
 //! All cut cells of a box: planes of cells together, on all cores.
 
-use super::cells::{Asked, Scene, Share, Shares, State};
+use super::cells::{Asked, Border, Scene, Share, Shares, State};
 use super::cut_cell::{CellSurface, CutCells, CutCellsJob, CutFlag, CutPart};
 use super::edges::{Insides, crossings};
 use super::integrals::{WHOLE, below_polygon, fixed, number};
@@ -241,23 +241,23 @@ impl Measure<'_> {
     }
 
     /// Adds what flags have of a cell.
-    fn add(&self, cell: [u32; 3], shares: &mut Shares, found: &mut Found<CutPart>) {
-        shares.flags.sort_unstable_by_key(|share| share.flag);
+    fn add(&self, cell: [u32; 3], Shares { flags, is_sampled, .. }: &Shares, found: &mut Found<CutPart>) {
         let index = self.grid.window.index(cell);
         found.part.n_cells += 1;
-        found.n_sampled += u64::from(shares.is_sampled);
-        for share in &shares.flags {
-            let Share { flag, cell: sums, faces, edges } = share;
+        found.n_sampled += u64::from(*is_sampled);
+        for (at, &Share { flag, cell: sums }) in flags.shares.iter().enumerate() {
+            let border = flags.borders.get(at);
             if sums[0] > 0 {
-                self.add_volume(cell, 1, (*flag, sums[0]), &mut found.volumes);
-            } else if faces.iter().all(|face| face[0] == 0) && edges.iter().all(|&edge| edge == 0) {
+                self.add_volume(cell, 1, (flag, sums[0]), &mut found.volumes);
+            } else if border.is_none_or(Border::is_empty) {
                 continue;
             }
             let fraction = number(sums[0]);
-            found.part.flags.push(CutFlag { cell: index, fraction, flag: *flag, is_sampled: shares.is_sampled });
+            found.part.flags.push(CutFlag { cell: index, fraction, flag, is_sampled: *is_sampled });
             if self.job.centroids {
                 found.part.centroids.push([1, 2, 3].map(|axis| centre(sums[axis], sums[0])));
             }
+            let Some(Border { faces, edges }) = border else { continue };
             if self.job.faces {
                 found.part.faces.push(faces.map(|face| number(face[0])));
             }

@@ -9,7 +9,7 @@
 
 use std::ops::Range;
 
-use super::polygon::{FIRST_FACE, Polygon, Whole};
+use super::polygon::{FIRST_FACE, MOST, Polygon, Whole};
 use hexcast_core::base::sort::{by_number, sort_by_key};
 use hexcast_core::grid::frame::Frame;
 use hexcast_core::grid::window::CellWindow;
@@ -20,12 +20,15 @@ pub(super) struct Grid<'a> {
     pub(super) window: CellWindow,
     /// The faces of all cells of the box, along each axis.
     faces: [Vec<i32>; 3],
+    /// What units are multiplied by where all cells are equal: their size is a power of two.
+    scale: Option<f64>,
 }
 
 impl Grid<'_> {
     pub(super) fn new(frame: &Frame, window: CellWindow) -> Grid<'_> {
         let faces = [0, 1, 2].map(|axis| (0..=frame.dims[axis]).map(|cell| frame.face(axis, cell)).collect());
-        Grid { frame, window, faces }
+        let scale = (!frame.is_graded()).then(|| 1.0 / f64::from(1 << frame.fraction_bits));
+        Grid { frame, window, faces, scale }
     }
 
     /// The cell of an axis that a place is in, as a number of the box: -1 before the first, their number behind the last.
@@ -102,20 +105,22 @@ impl Pieces {
         let [nx, ny] = [0, 1].map(|axis| (window.end[axis] - window.first[axis]) as i32);
         let first = window.first.map(|cell| cell as i32);
         let of_planes = first[2] + planes.start as i32..first[2] + planes.end as i32;
+        // of planes, of rows and of cells
+        let [mut of_z, mut of_y, mut of_x] = [const { [Polygon::EMPTY; 3] }; 3];
         for &facet in facets {
             let Some(whole) = Whole::new(&frame.facets[facet as usize]) else { continue };
             let position = frame.position_of_facet[facet as usize];
             let key = u64::from(frame.rank_of_facet(facet as usize)) << 16 | u64::from(position);
             let signs = whole.signs();
-            slices(&whole.polygon(), &whole, (grid, 2), of_planes.clone(), |z, polygon| {
-                slices(polygon, &whole, (grid, 1), first[1]..first[1] + ny, |y, polygon| {
+            slices(&whole.polygon(), &whole, (grid, 2), (of_planes.clone(), &mut of_z), |z, polygon| {
+                slices(polygon, &whole, (grid, 1), (first[1]..first[1] + ny, &mut of_y), |y, polygon| {
                     let row = ((z - of_planes.start) * ny + y - first[1]) as u32;
                     let mut add = |x: i32, polygon: &Polygon| {
                         let piece = Piece { key: ((x - first[0] + 1) as u64) << 32 | key, signs, ..Piece::default() };
                         self.add(polygon, grid, [x, y, z], (row, piece));
                     };
-                    before(polygon, &whole, (grid, 0), first[0], |polygon| add(first[0] - 1, polygon));
-                    slices(polygon, &whole, (grid, 0), first[0]..first[0] + nx, add);
+                    before(polygon, &whole, (grid, 0), (first[0], &mut of_x), |polygon| add(first[0] - 1, polygon));
+                    slices(polygon, &whole, (grid, 0), (first[0]..first[0] + nx, &mut of_x), add);
                 });
             });
         }
@@ -133,12 +138,13 @@ impl Pieces {
         let at = [0, 1, 2].map(|axis| (cell[axis].max(0) as usize).min(grid.faces[axis].len() - 2));
         let low = [0, 1, 2].map(|axis| grid.faces[axis][at[axis]]);
         let size = [0, 1, 2].map(|axis| f64::from(grid.faces[axis][at[axis] + 1] - low[axis]));
-        let mut corners = [[0.0; 3]; 9];
+        let mut corners = [[0.0; 3]; MOST];
         let mut first = 0;
         for index in 0..polygon.n {
             let (whole, part) = (&polygon.whole[index], &polygon.part[index]);
             for axis in 0..3 {
-                corners[index][axis] = (f64::from(whole[axis].wrapping_sub(low[axis])) + part[axis]) / size[axis];
+                let place = f64::from(whole[axis].wrapping_sub(low[axis])) + part[axis];
+                corners[index][axis] = grid.scale.map_or_else(|| place / size[axis], |scale| place * scale);
             }
             if corners[index] < corners[first] {
                 first = index;
@@ -172,13 +178,13 @@ impl Pieces {
     }
 }
 
-/// Calls `each` with the cells of an axis that a polygon reaches, of some, and with what lies in each.
+/// Calls `each` with the cells of an axis that a polygon reaches, of some, and with what lies in each; in memory that is used again.
 #[inline(always)]
 fn slices(
     polygon: &Polygon,
     of: &Whole,
     (grid, axis): (&Grid, usize),
-    cells: Range<i32>,
+    (cells, [within, rest, next]): (Range<i32>, &mut [Polygon; 3]),
     mut each: impl FnMut(i32, &Polygon),
 ) {
     let [low, high] = polygon.reach(axis).map(|place| grid.cell(axis, place));
@@ -189,28 +195,35 @@ fn slices(
         return each(low, polygon);
     }
     let faces = &grid.faces[axis];
-    let (mut within, mut rest, mut next) = (Polygon::default(), Polygon::default(), Polygon::default());
-    let mut current = polygon;
+    let (mut rest, mut next) = (rest, next);
+    let mut is_first = true;
     if low < cells.start {
-        current.split(of, (axis, faces[cells.start as usize]), &mut within, &mut rest);
-        current = &rest;
+        polygon.split(of, (axis, faces[cells.start as usize]), within, rest);
+        is_first = false;
     }
     let mut cell = low.max(cells.start);
     while cell < high {
-        current.split(of, (axis, faces[cell as usize + 1]), &mut within, &mut next);
-        each(cell, &within);
+        let current = if is_first { polygon } else { &*rest };
+        current.split(of, (axis, faces[cell as usize + 1]), within, next);
+        each(cell, within);
         cell += 1;
         if cell >= cells.end {
             return;
         }
         std::mem::swap(&mut rest, &mut next);
-        current = &rest;
+        is_first = false;
     }
-    each(cell, current);
+    each(cell, if is_first { polygon } else { rest });
 }
 
 /// Calls `each` with what of a polygon lies before a cell.
-fn before(polygon: &Polygon, of: &Whole, (grid, axis): (&Grid, usize), first: i32, each: impl FnOnce(&Polygon)) {
+fn before(
+    polygon: &Polygon,
+    of: &Whole,
+    (grid, axis): (&Grid, usize),
+    (first, [below, above, _]): (i32, &mut [Polygon; 3]),
+    each: impl FnOnce(&Polygon),
+) {
     let [low, high] = polygon.reach(axis).map(|place| grid.cell(axis, place));
     if low >= first {
         return;
@@ -218,7 +231,6 @@ fn before(polygon: &Polygon, of: &Whole, (grid, axis): (&Grid, usize), first: i3
     if high < first {
         return each(polygon);
     }
-    let (mut below, mut above) = (Polygon::default(), Polygon::default());
-    polygon.split(of, (axis, grid.faces[axis][first as usize]), &mut below, &mut above);
-    each(&below);
+    polygon.split(of, (axis, grid.faces[axis][first as usize]), below, above);
+    each(below);
 }

@@ -14,7 +14,7 @@ use hexcast_core::grid::frame::SnappedFacet;
 pub(super) const FIRST_FACE: u8 = 3;
 
 /// Corners that a triangle has between six planes, at most.
-const MOST: usize = 9;
+pub(super) const MOST: usize = 9;
 
 /// A facet, its least corner first, and twice its area vector.
 pub(super) struct Whole {
@@ -43,7 +43,7 @@ impl Whole {
 
     /// The polygon that is all of it.
     pub(super) fn polygon(&self) -> Polygon {
-        let mut polygon = Polygon { n: 3, ..Polygon::default() };
+        let mut polygon = Polygon { n: 3, ..Polygon::EMPTY };
         for corner in 0..3 {
             polygon.whole[corner] = self.corners[corner].map(|place| place as i32);
             polygon.side[corner] = corner as u8;
@@ -108,7 +108,7 @@ fn at(whole: i64, rest: i64, by: i64, is_below: bool) -> (i32, f64) {
 }
 
 /// What of a facet lies between planes: convex, in the order of the facet's corners.
-#[derive(Clone, Default)]
+#[derive(Clone)]
 pub(super) struct Polygon {
     pub(super) n: usize,
     /// Whole units and parts of one, 0 to 1, of each corner.
@@ -119,6 +119,8 @@ pub(super) struct Polygon {
 }
 
 impl Polygon {
+    pub(super) const EMPTY: Polygon = Polygon { n: 0, whole: [[0; 3]; MOST], part: [[0.0; 3]; MOST], side: [0; MOST] };
+
     #[inline(always)]
     fn push(&mut self, (whole, part): ([i32; 3], [f64; 3]), side: u8) {
         (self.whole[self.n], self.part[self.n], self.side[self.n]) = (whole, part, side);
