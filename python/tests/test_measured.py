@@ -90,13 +90,17 @@ NAMES = ["links.npz", "links.links", "fractions.npz", *(f"fractions.{of}" for of
 @pytest.mark.parametrize("is_pickled", [False, True], ids=["made", "pickled"])
 def test_files_are_those_of_the_command(spot, tmp_path, command, name, size, is_pickled):
     kind = name.split(".")[0]
-    asked = {"links": {}, "fractions": {"faces": True, "surfaces": True}, "staggered": True}[kind]
+    of_fractions = {"faces": True, "surfaces": True}
+    words = ["--fraction-faces", "--fraction-surfaces"] if kind == "fractions" else []
+    if kind == "fractions" and size:
+        of_fractions |= {"method": "exact", "edges": True, "centroids": True}
+        words += ["--fraction-method", "exact", "--fraction-edges", "--fraction-centroids"]
+    asked = {"links": {}, "fractions": of_fractions, "staggered": True}[kind]
     mesh = hexcast.mesh(spot, cells=32, padding={"cells": 2}, backend="cpu", **size, **{kind: asked})
     if is_pickled:
         mesh = pickle.loads(pickle.dumps(mesh))
     ours, theirs = tmp_path / f"ours.{name.split('.', 1)[1]}", tmp_path / f"theirs.{name.split('.', 1)[1]}"
     getattr(mesh, kind).save(ours)
-    words = ["--fraction-faces", "--fraction-surfaces"] if kind == "fractions" else []
     words += ["--window", ",".join(map(str, size["window"]))] if size else []
     command("mesh", spot, "--cells", 32, "--padding-cells", 2, "--backend", "cpu", f"--{kind}", theirs, *words)
     assert bytes_of(ours) == bytes_of(theirs)
@@ -133,6 +137,22 @@ def test_xarray_has_what_was_measured(mesh):
     assert data.cut_faces.dims == ("cut", "face")
     assert data.surface_normal.dims == ("surface", "axis")
     assert "doubtful" not in data
+
+
+def test_exact_fractions_have_edges_and_centroids(spot):
+    asked = {"method": "exact", "faces": True, "edges": True, "centroids": True}
+    mesh = hexcast.mesh(spot, cells=24, backend="cpu", fractions=asked)
+    cut, data = mesh.fractions, mesh.to_xarray()
+    assert cut.edges.shape == (len(cut), 12)
+    assert cut.face_centroid.shape == (len(cut), 6, 2)
+    assert data.cut_edges.dims == ("cut", "edge")
+    assert data.cut_centroid.dims == ("cut", "axis")
+    assert data.cut_face_centroid.dims == ("cut", "face", "across")
+    of_cells = np.add.reduceat(cut.edges.astype(float), np.unique(cut.cell, return_index=True)[1])
+    assert np.allclose(of_cells, 1, atol=1e-6)
+    with pytest.raises(hexcast.Error, match="which rays do not measure") as caught:
+        hexcast.mesh(spot, cells=24, backend="cpu", fractions={"edges": True})
+    assert caught.value.code == "job-conflict"
 
 
 @pytest.mark.parametrize("again", [copy.copy, copy.deepcopy, lambda mesh: pickle.loads(pickle.dumps(mesh))], ids=["copy", "deepcopy", "pickle"])

@@ -66,7 +66,7 @@ function plane(raw, [nx, ny], z) {
 test('graded lines: cells are drawn in their sizes, and files are those of the native command', async ({ visit }) => {
   await inFolder('cubes', async (folder) => {
     const page = await visit(
-      `#${LINES}&fractions=true&fraction_rays=0&links=true&stencil=D3Q7&staggered=true&unit=mm&sample=cubes${PARTS}`,
+      `#${LINES}&fractions=true&fraction_rays=0&fraction_edges=true&fraction_centroids=true&links=true&stencil=D3Q7&staggered=true&unit=mm&sample=cubes${PARTS}`,
     );
     await hasGeometries(page, 2);
     await page.waitForSelector('#estimate-courant');

@@ -188,6 +188,87 @@ fn exact_parts_of_cells_are_those_of_clipped_tetrahedra() {
     }
 }
 
+/// What of a segment along an axis lies in a convex body: the facets are turned outwards. None where it lies in the plane of a facet, but for rounding.
+fn length_within(facets: &[Facet], from: Point, axis: usize, length: f64) -> Option<f64> {
+    let (mut start, mut end) = (0.0f64, length);
+    for facet in facets {
+        let [a, b, c] = facet.map(|corner| corner.map(f64::from));
+        let (u, v) = (minus(b, a), minus(c, a));
+        let out = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+        let height: f64 = (0..3).map(|of| out[of] * (from[of] - a[of])).sum();
+        let flat = 1e-6 * out.iter().map(|of| of.abs()).sum::<f64>();
+        if height.abs() < flat && (height + out[axis] * length).abs() < flat {
+            return None;
+        }
+        let place = -height / out[axis];
+        match out[axis].total_cmp(&0.0) {
+            std::cmp::Ordering::Greater => end = end.min(place),
+            std::cmp::Ordering::Less => start = start.max(place),
+            std::cmp::Ordering::Equal if height > 0.0 => return Some(0.0),
+            std::cmp::Ordering::Equal => {}
+        }
+    }
+    Some((end - start).max(0.0))
+}
+
+/// The first moments of a closed surface, by tetrahedra from the origin.
+fn moments_of(facets: &[Facet]) -> Point {
+    let mut moments = [0.0; 3];
+    for facet in facets {
+        let [a, b, c] = facet.map(|corner| corner.map(f64::from));
+        let volume = triple(a, b, c) / 6.0;
+        (0..3).for_each(|axis| moments[axis] += volume * (a[axis] + b[axis] + c[axis]) / 4.0);
+    }
+    moments
+}
+
+#[test]
+fn edges_are_the_lengths_in_convex_bodies_and_centroids_have_their_moments() {
+    for (name, facets) in bodies() {
+        let geometry = Geometry::new(name, 7, facets.clone()).unwrap();
+        for lines in grids() {
+            let (method, job) = (FractionsMethod::Exact, FractionsJob::default());
+            let job = set!(FractionsJob { method, faces: true, edges: true, centroids: true, ..job });
+            let found = measured_as(std::slice::from_ref(&geometry), &lines, job);
+            let (mut moments, mut n_partial) = ([0.0; 3], 0);
+            let (dims, mut cells) = (lines.dims(), known(&facets, &lines));
+            let entries = found.iter().zip(found.edges()).zip(found.centroids()).zip(found.face_centroids());
+            for (((of, edges), centroid), face_centroids) in entries.filter(|(((of, _), _), _)| of.flag == 7) {
+                let [nx, ny, _] = dims.map(u64::from);
+                let cell = [of.cell % nx, of.cell / nx % ny, of.cell / (nx * ny)].map(|at| at as u32);
+                let low = [0, 1, 2].map(|axis| lines.line(axis, cell[axis]));
+                let size = [0, 1, 2].map(|axis| lines.line(axis, cell[axis] + 1) - low[axis]);
+                for (edge, &length) in edges.iter().enumerate() {
+                    let (axis, place) = (edge / 4, edge % 4);
+                    let mut from = low;
+                    let others = (0..3).filter(|other| *other != axis);
+                    others
+                        .enumerate()
+                        .for_each(|(bit, other)| from[other] += size[other] * f64::from(place as u32 >> bit & 1));
+                    let Some(known) = length_within(&facets, from, axis, size[axis]) else { continue };
+                    let off = (f64::from(length) - known / size[axis]).abs();
+                    assert!(off < 1e-3, "{name}, {cell:?}, edge {edge}: {length}, {known} of {}", size[axis]);
+                    n_partial += u32::from(length > 0.0 && length < 1.0);
+                }
+                let volume: f64 = f64::from(of.fraction) * size.iter().product::<f64>();
+                (0..3).for_each(|axis| moments[axis] += volume * (low[axis] + size[axis] * f64::from(centroid[axis])));
+                assert!(face_centroids.as_flattened().iter().all(|place| (0.0..=1.0).contains(place)));
+                cells[of.cell as usize].2 = 0.0;
+            }
+            // all others are of one flag
+            for &(cell, size, part) in &cells {
+                let centre =
+                    [0, 1, 2].map(|axis| 0.5 * (lines.line(axis, cell[axis]) + lines.line(axis, cell[axis] + 1)));
+                (0..3).for_each(|axis| moments[axis] += part.round() * size * centre[axis]);
+            }
+            let known = moments_of(&facets);
+            let off = (0..3).map(|axis| (moments[axis] - known[axis]).abs()).fold(0.0, f64::max);
+            assert!(off < 1e-3, "{name}: moments {moments:?} of {known:?}");
+            assert!(n_partial > 40, "{name}: {n_partial} edges are divided");
+        }
+    }
+}
+
 #[test]
 fn parts_of_a_cell_add_up_to_one_in_the_order_of_cells_and_flags() {
     let ball = |at: f32, flag: u8| Geometry::new("ball", flag, models::sphere([at, 0.2, 0.1], 2.4, 12)).unwrap();

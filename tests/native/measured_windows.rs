@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use hexcast::error::Result;
 use hexcast::fractions::{CutSurface, Fraction, Fractions};
 use hexcast::geometry::Fill;
-use hexcast::job::{FractionsJob, GeometryJob, Job, LinesJob, LinksJob, Stencil};
+use hexcast::job::{FractionsJob, FractionsMethod, GeometryJob, Job, LinesJob, LinksJob, Stencil};
 use hexcast::lines::Lines;
 use hexcast::links::Link;
 use hexcast::pipeline::Engine;
@@ -28,11 +28,14 @@ fn windows(dims: [u32; 3], random: &mut Random) -> Vec<[u32; 6]> {
     windows
 }
 
+/// Fractions of a flag: of a cell, its faces and edges, and the centre of its part of the cell.
+type OfFlag = (f32, [f32; 6], [f32; 12], [f32; 3]);
+
 /// What is measured in a mesh, by cells as the box counts them.
 #[derive(Debug, Default, PartialEq)]
 struct Measured {
     links: BTreeMap<([i32; 3], u8), Link>,
-    fractions: BTreeMap<([i32; 3], u8), (f32, [f32; 6])>,
+    fractions: BTreeMap<([i32; 3], u8), OfFlag>,
     surfaces: BTreeMap<([i32; 3], i16), CutSurface>,
 }
 
@@ -53,10 +56,12 @@ impl Measured {
             let [nx, ny, _] = fractions.dims.map(u64::from);
             in_box([index % nx, index / nx % ny, index / (nx * ny)].map(|at| at as u32), fractions.origin)
         };
-        let mut faces = fractions.faces();
+        let (mut faces, mut edges, mut centroids) = (fractions.faces(), fractions.edges(), fractions.centroids());
         for &Fraction { cell: index, flag, fraction, .. } in fractions.iter() {
             let of_faces = if fractions.has_faces { *faces.next().expect("one for each") } else { [0.0; 6] };
-            assert!(self.fractions.insert((cell(index), flag), (fraction, of_faces)).is_none());
+            let of_edges = if fractions.has_edges { *edges.next().expect("one for each") } else { [0.0; 12] };
+            let centroid = if fractions.has_centroids { *centroids.next().expect("one for each") } else { [0.0; 3] };
+            assert!(self.fractions.insert((cell(index), flag), (fraction, of_faces, of_edges, centroid)).is_none());
         }
         for surface in fractions.surfaces() {
             let place = (cell(surface.cell), surface.geometry);
@@ -125,7 +130,16 @@ fn links_and_fractions_of_windows_are_those_of_the_whole() {
             }
         }
         job.links = Some(set!(LinksJob { stencil, ..LinksJob::default() }));
-        job.fractions = Some(set!(FractionsJob { rays: 2, faces: true, surfaces: true, ..FractionsJob::default() }));
+        let is_exact = seed % 2 == 0;
+        job.fractions = Some(set!(FractionsJob {
+            method: if is_exact { FractionsMethod::Exact } else { FractionsMethod::Rays },
+            rays: 2,
+            faces: true,
+            surfaces: true,
+            edges: is_exact,
+            centroids: is_exact,
+            ..FractionsJob::default()
+        }));
         let found = assert_windows_are_the_whole(&format!("seed {seed}"), &bodies, &job, &mut random);
         n = [n[0] + found.links.len(), n[1] + found.fractions.len(), n[2] + found.surfaces.len()];
     }

@@ -68,7 +68,7 @@ const JOBS = {
     geometries: [board, patch],
     graded: { max_size: 4 },
     links: { stencil: 'D3Q7', fluid: [0, 1] },
-    fractions: { method: 'exact', faces: true, surfaces: true },
+    fractions: { method: 'exact', faces: true, surfaces: true, edges: true, centroids: true },
     staggered: true,
   },
   'links and a staggered grid around an open surface and a sheet': {

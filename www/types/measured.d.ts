@@ -49,6 +49,12 @@ export interface Fractions {
   fraction: Float32Numbers;
   /** With `faces`, six numbers an entry: the fraction of the faces below and above along x, then y, then z, 0 to 1. */
   faces?: Float32Numbers;
+  /** With `edges`, twelve numbers an entry: the fraction of the edges along x, then y, then z, 0 to 1; `docs/fractions.md` has their order. */
+  edges?: Float32Numbers;
+  /** With `centroids`, three numbers an entry: the centre of what the flag has of the cell, in cells from its low corner. */
+  centroid?: Float32Numbers;
+  /** With `faces` and `centroids`, twelve numbers an entry: the same of the six faces, along the two axes of each. */
+  face_centroid?: Float32Numbers;
   /** With `surfaces`, an entry for each geometry in each cell, in the order of cells, then of priorities: index of the cell. */
   surface_cell?: Float64Numbers;
   /** The geometry, counted from 0 in the job. */

@@ -115,6 +115,10 @@ export interface FractionsJob {
   faces?: boolean;
   /** Also measures area, centre and normal of the surface of each geometry in each cell. */
   surfaces?: boolean;
+  /** Also measures which fraction of each of the twelve edges of these cells a flag has: exact alone. */
+  edges?: boolean;
+  /** Also measures the centre of what a flag has of a cell, and, with `faces`, of each of its faces: exact alone. */
+  centroids?: boolean;
 }
 
 /** What is meshed and how: the native job file, with sources in place of file names. */

@@ -59,6 +59,8 @@ pub fn no_fractions(dims: [u32; 3]) -> Fractions {
         areas: None,
         totals: Default::default(),
         has_faces: false,
+        has_edges: false,
+        has_centroids: false,
         sampled_cells: 0,
     }
 }

@@ -21,6 +21,10 @@ if TYPE_CHECKING:
 Compress = Union[int, Literal["none"], None]
 
 
+#: Dimensions of the arrays of fractions that have several numbers an entry.
+OF_ENTRIES = {"faces": ("face",), "edges": ("edge",), "centroid": ("axis",), "face_centroid": ("face", "across")}
+
+
 class Arrays:
     """Arrays that are written together, as a NumPy archive."""
 
@@ -125,6 +129,12 @@ class Fractions(Arrays):
     fraction: NDArray[np.float32]
     #: Its fraction of each face of the cell, below and above along x, then y, then z: shape (entries, 6). None unless ``faces`` was asked for.
     faces: Optional[NDArray[np.float32]] = None
+    #: Its fraction of each edge of the cell, four along x, then y, then z: shape (entries, 12). None unless ``edges`` was asked for.
+    edges: Optional[NDArray[np.float32]] = None
+    #: The centre of what it has of the cell, in cells from the low corner: shape (entries, 3). None unless ``centroids`` was asked for.
+    centroid: Optional[NDArray[np.float32]] = None
+    #: The same of each face, along its two axes: shape (entries, 6, 2). None unless ``faces`` and ``centroids`` were asked for.
+    face_centroid: Optional[NDArray[np.float32]] = None
     #: The cell of each surface within a cell. None, as all that follow, unless ``surfaces`` was asked for.
     surface_cell: Optional[NDArray[np.uint64]] = None
     #: The geometry of the surface, counted from 0 in the job.
@@ -264,9 +274,9 @@ def in_dataset(
     if "fractions" in measured:
         for name, array in measured["fractions"]._arrays().items():
             if name not in ("dims", "origin"):
-                entries, last = ("surface", "axis") if name.startswith("surface") else ("cut", "face")
-                name = name if entries == "surface" else f"cut_{name}"
-                variables[name] = ((entries, last)[: array.ndim], array)
+                is_surface = name.startswith("surface")
+                along = ("surface", "axis") if is_surface else ("cut", *OF_ENTRIES.get(name, ()))
+                variables[name if is_surface else f"cut_{name}"] = (along[: array.ndim], array)
     if "doubt" in measured:
         variables["doubtful"] = (("z", "y", "x"), measured["doubt"].flags)
     if "staggered" in measured:

@@ -139,8 +139,8 @@ class JobOptions(TypedDict, total=False):
     links: Mapping[str, Any]
     #: Axes along which the box continues with itself, so that links lead through its sides.
     periodic: Sequence[Literal["x", "y", "z"]]
-    #: Measures the fraction of each flag in the cells that surfaces cut. Keys: ``method``, ``rays``, ``faces``, ``surfaces``. Counted in
-    #: ``report["fractions"]``.
+    #: Measures the fraction of each flag in the cells that surfaces cut. Keys: ``method``, ``rays``, ``faces``, ``surfaces``, ``edges``,
+    #: ``centroids``. Counted in ``report["fractions"]``.
     fractions: Mapping[str, Any]
     #: Finds the flags at the points of a staggered (Yee) grid. Counted in ``report["staggered"]``.
     staggered: bool

@@ -210,6 +210,8 @@ mod tests {
             ("fraction-rays", "fractions"),
             ("fraction-faces", "fractions"),
             ("fraction-surfaces", "fractions"),
+            ("fraction-edges", "fractions"),
+            ("fraction-centroids", "fractions"),
             ("staggered", "staggered_output"),
         ];
         let command = Cli::command();

@@ -3,7 +3,15 @@ import { byId, inputOf, onInput, put, selectOf } from '../elements/dom.js';
 import { flagsOf } from '../text/format.js';
 import { set, state } from '../state/state.js';
 
-const SWITCHES = /** @type {const} */ (['links', 'fractions', 'fraction_faces', 'fraction_surfaces', 'staggered']);
+const SWITCHES = /** @type {const} */ ([
+  'links',
+  'fractions',
+  'fraction_faces',
+  'fraction_surfaces',
+  'fraction_edges',
+  'fraction_centroids',
+  'staggered',
+]);
 
 /** @param {string} key */
 const id = (key) => key.replace('_', '-');
@@ -30,6 +38,7 @@ export function showMeasured() {
   for (const key of SWITCHES) inputOf(id(key)).checked = settings[key];
   byId('links-fields').hidden = !settings.links;
   byId('fractions-fields').hidden = !settings.fractions;
+  byId('exact-fields').hidden = settings.fraction_rays !== 0;
   selectOf('stencil').value = settings.stencil;
   put('fluid', settings.fluid.join(' '));
   selectOf('fraction-rays').value = String(settings.fraction_rays);

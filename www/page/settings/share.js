@@ -15,7 +15,15 @@ import { DEFAULTS, colourOf, on, set, state } from '../state/state.js';
 /** Settings of how cells are decided: keys of links, of jobs and, with hyphens, of the command. */
 const METHOD = /** @type {const} */ (['rule', 'open', 'fill', 'close_gaps', 'certify', 'thin_cells', 'axis']);
 /** Settings of what is measured, of which a link has those that are not by default. */
-const MEASURED = /** @type {const} */ (['links', 'fractions', 'fraction_faces', 'fraction_surfaces', 'staggered']);
+const MEASURED = /** @type {const} */ ([
+  'links',
+  'fractions',
+  'fraction_faces',
+  'fraction_surfaces',
+  'fraction_edges',
+  'fraction_centroids',
+  'staggered',
+]);
 
 /**
  * @typedef {import('hexcast').Job} Job
@@ -283,6 +291,8 @@ export function commandOf(job) {
   option('fraction-rays', job.fractions?.rays);
   option('fraction-faces', job.fractions?.faces || undefined);
   option('fraction-surfaces', job.fractions?.surfaces || undefined);
+  option('fraction-edges', job.fractions?.edges);
+  option('fraction-centroids', job.fractions?.centroids);
   if (state.settings.backend !== 'auto') option('backend', state.settings.backend);
   return [...words, '-o', quote(`${baseName(job)}.${job.graded || job.lines ? 'vtr' : 'vti'}`)].join(' ');
 }

@@ -103,11 +103,15 @@ function measured({
   fraction_rays: rays,
   fraction_faces: faces,
   fraction_surfaces: surfaces,
+  fraction_edges: edges,
+  fraction_centroids: centroids,
   staggered,
 }) {
+  /** @type {import('hexcast').FractionsJob} */
+  const method = rays === 0 ? { method: 'exact', ...(edges && { edges }), ...(centroids && { centroids }) } : { rays };
   return {
     ...(links ? { links: { stencil, ...(String(fluid) === '0' ? {} : { fluid }) } } : {}),
-    ...(fractions ? { fractions: { ...(rays === 0 ? { method: 'exact' } : { rays }), faces, surfaces } } : {}),
+    ...(fractions ? { fractions: { ...method, faces, surfaces } } : {}),
     ...(staggered ? { staggered } : {}),
   };
 }

@@ -44,6 +44,8 @@
  * @property {number} fraction_rays rays of a cell along each of two axes; 0 to measure exactly
  * @property {boolean} fraction_faces whether those of faces are, too
  * @property {boolean} fraction_surfaces whether surfaces within cells are, too
+ * @property {boolean} fraction_edges whether edges are, where cells are measured exactly
+ * @property {boolean} fraction_centroids whether centres of parts of cells are, too
  * @property {boolean} staggered whether the points of a staggered grid get flags
  * @property {'auto' | 'x' | 'y' | 'z'} axis
  * @property {string} unit
@@ -143,6 +145,8 @@ export const DEFAULTS = Object.freeze({
   fraction_rays: 4,
   fraction_faces: false,
   fraction_surfaces: false,
+  fraction_edges: false,
+  fraction_centroids: false,
   staggered: false,
   axis: 'auto',
   unit: '',

@@ -1,5 +1,7 @@
 //! Fractions of cells as jobs ask for them, measured exactly.
 
+use std::ops::Range;
+
 use hexcast_core::base::control::Control;
 use hexcast_core::base::error::Result;
 use hexcast_core::grid::window::CellWindow;
@@ -20,7 +22,13 @@ pub async fn exact_fractions(
     max_bytes: u64,
     control: &Control,
 ) -> Result<Fractions> {
-    let asked = CutCellsJob { faces: job.faces, surfaces: job.surfaces, ..CutCellsJob::default() };
+    let asked = CutCellsJob {
+        faces: job.faces,
+        surfaces: job.surfaces,
+        edges: job.edges,
+        centroids: job.centroids,
+        face_centroids: job.faces && job.centroids,
+    };
     let Measured { parts, volumes, areas, totals, n_sampled } =
         in_parts((by, window), asked, max_bytes, control, (rounded, Part::n_bytes)).await?;
     Ok(Fractions {
@@ -34,13 +42,15 @@ pub async fn exact_fractions(
         areas,
         totals,
         has_faces: job.faces,
+        has_edges: job.edges,
+        has_centroids: job.centroids,
         sampled_cells: n_sampled,
     })
 }
 
-/// What was found in some planes, as numbers of 32 bits: without cells in which, and on whose faces, one flag has all.
+/// What was found in some planes, as numbers of 32 bits: without cells in which, and on whose faces and edges, one flag has all.
 fn rounded(of: CutPart) -> Part {
-    let mut part = Part { fractions: Vec::new(), faces: Vec::new(), surfaces: Vec::new(), n_cut: 0 };
+    let mut part = Part::default();
     let mut first = 0;
     for of_cell in of.flags.chunk_by(|one, other| one.cell == other.cell) {
         let all = first..first + of_cell.len();
@@ -54,12 +64,18 @@ fn rounded(of: CutPart) -> Part {
             let fraction = if is_cut { rounded_part(of.fraction) } else { of.fraction as f32 };
             Fraction { cell: of.cell, fraction, flag: of.flag }
         }));
-        if !of.faces.is_empty() {
-            part.faces.extend(of.faces[all].iter().map(|faces| faces.map(|fraction| fraction as f32)));
-        }
+        add(&mut part.faces, &of.faces, all.clone(), |faces| faces.map(|fraction| fraction as f32));
+        add(&mut part.edges, &of.edges, all.clone(), |edges| edges.map(|fraction| fraction as f32));
+        add(&mut part.centroids, &of.centroids, all.clone(), |centre| centre.map(|place| place as f32));
+        add(&mut part.face_centroids, &of.face_centroids, all, |of| of.map(|centre| centre.map(|place| place as f32)));
     }
     part.surfaces = of.surfaces.iter().map(surface).collect();
     part
+}
+
+/// Adds some of what was found, unless it was not asked for.
+fn add<T, U>(to: &mut Vec<U>, found: &[T], some: Range<usize>, of: impl Fn(&T) -> U) {
+    to.extend(found.get(some).unwrap_or_default().iter().map(of));
 }
 
 fn surface(of: &CellSurface) -> CutSurface {

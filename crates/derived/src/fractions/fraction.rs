@@ -57,6 +57,10 @@ pub struct Fractions {
     pub totals: Totals,
     /// Whether faces were asked for.
     pub has_faces: bool,
+    /// Whether edges were.
+    pub has_edges: bool,
+    /// Whether centroids were.
+    pub has_centroids: bool,
     /// Number of cells that 16 x 16 rays measured where the others are exact, as a surface passes through itself there.
     pub sampled_cells: u64,
 }
@@ -77,7 +81,7 @@ pub(crate) fn rounded_part(of: f64) -> f32 {
 }
 
 /// What was found in some rows of cells.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 #[doc(hidden)]
 pub struct Part {
     #[doc(hidden)]
@@ -86,6 +90,12 @@ pub struct Part {
     #[doc(hidden)]
     pub faces: Vec<[f32; 6]>,
     #[doc(hidden)]
+    pub edges: Vec<[f32; 12]>,
+    #[doc(hidden)]
+    pub centroids: Vec<[f32; 3]>,
+    #[doc(hidden)]
+    pub face_centroids: Vec<[[f32; 2]; 6]>,
+    #[doc(hidden)]
     pub surfaces: Vec<CutSurface>,
     /// Number of cells that are cut.
     pub(crate) n_cut: u64,
@@ -93,7 +103,13 @@ pub struct Part {
 
 impl Part {
     pub(crate) fn n_bytes(&self) -> usize {
-        size_of_val(&self.fractions[..]) + size_of_val(&self.faces[..]) + size_of_val(&self.surfaces[..])
+        let Part { fractions, faces, edges, centroids, face_centroids, surfaces, .. } = self;
+        size_of_val(&fractions[..])
+            + size_of_val(&faces[..])
+            + size_of_val(&edges[..])
+            + size_of_val(&centroids[..])
+            + size_of_val(&face_centroids[..])
+            + size_of_val(&surfaces[..])
     }
 }
 
@@ -113,7 +129,7 @@ impl Fractions {
             let message = format!("the cells of fractions are not in order, or not below the {n_cells} of the mesh");
             return Err(Error::new("job-value", message, "hand over those of the mesh"));
         }
-        let part = Part { fractions, faces: Vec::new(), surfaces: Vec::new(), n_cut: 0 };
+        let part = Part { fractions, ..Part::default() };
         Ok(Fractions {
             rays,
             dims,
@@ -125,6 +141,8 @@ impl Fractions {
             areas: None,
             totals: Totals::default(),
             has_faces: false,
+            has_edges: false,
+            has_centroids: false,
             sampled_cells: 0,
         })
     }
@@ -150,6 +168,23 @@ impl Fractions {
     /// z. None where faces were not asked for.
     pub fn faces(&self) -> impl Iterator<Item = &[f32; 6]> + Clone {
         self.parts.iter().flat_map(|part| &part.faces)
+    }
+
+    /// For each of [`Fractions::iter`] which fraction of each edge of the cell its flag has, 0 to 1: of the four along x, then y, then z; of an axis those
+    /// at the low and low, high and low, low and high, high and high end of the two other axes. None where edges were not asked for.
+    pub fn edges(&self) -> impl Iterator<Item = &[f32; 12]> + Clone {
+        self.parts.iter().flat_map(|part| &part.edges)
+    }
+
+    /// For each of [`Fractions::iter`] the centre of what its flag has of the cell, in cells from the low corner: 0 to 1 along each axis; the middle where
+    /// it has none. None where centroids were not asked for.
+    pub fn centroids(&self) -> impl Iterator<Item = &[f32; 3]> + Clone {
+        self.parts.iter().flat_map(|part| &part.centroids)
+    }
+
+    /// The same of each face, along its two axes in their order. None where faces or centroids were not asked for.
+    pub fn face_centroids(&self) -> impl Iterator<Item = &[[f32; 2]; 6]> + Clone {
+        self.parts.iter().flat_map(|part| &part.face_centroids)
     }
 
     /// Surfaces within cells, in the order of cells, then of geometries by rank; none where they were not asked for.

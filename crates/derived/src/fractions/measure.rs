@@ -80,6 +80,8 @@ pub async fn fractions(
         areas: job.surfaces.then(|| areas.iter().map(|&total| ruler.area(total)).collect()),
         totals: Totals { volumes, areas },
         has_faces: job.faces,
+        has_edges: false,
+        has_centroids: false,
         sampled_cells: 0,
     })
 }
@@ -155,7 +157,7 @@ impl Measure<'_> {
         };
         let found = self.surfaces.as_ref().map(|surfaces| surfaces.of_row(row, planes, &self.ruler));
         let (surfaces, areas) = found.unwrap_or_default();
-        Found { part: Part { fractions, faces, surfaces, n_cut }, volumes: volumes.totals(), areas }
+        Found { part: Part { fractions, faces, surfaces, n_cut, ..Part::default() }, volumes: volumes.totals(), areas }
     }
 
     /// Adds what flags have of cells that are alike, whose row is counted from the first of the window.

@@ -57,6 +57,12 @@ pub(crate) struct MeasuredArguments {
     /// Also measure area, centre and normal of the surface in each cut cell
     #[arg(long, requires = "fractions")]
     fraction_surfaces: bool,
+    /// Also measure the fractions of all flags in each edge of the cut cells, with --fraction-method exact
+    #[arg(long, requires = "fractions")]
+    fraction_edges: bool,
+    /// Also measure the centre of what each flag has of a cut cell, and, with --fraction-faces, of each face, with --fraction-method exact
+    #[arg(long, requires = "fractions")]
+    fraction_centroids: bool,
     /// Write the flags at the points of a staggered (Yee) grid to a file, .npz: edges, faces and cells, and the faces of sheets
     #[arg(long, value_name = "FILE")]
     staggered: Option<PathBuf>,
@@ -140,6 +146,8 @@ impl MeasuredArguments {
             fractions.rays = self.fraction_rays.unwrap_or(fractions.rays);
             fractions.faces |= self.fraction_faces;
             fractions.surfaces |= self.fraction_surfaces;
+            fractions.edges |= self.fraction_edges;
+            fractions.centroids |= self.fraction_centroids;
         }
         job.staggered |= self.staggered.is_some();
         job.conductors = self.conductors.clone().unwrap_or_else(|| std::mem::take(&mut job.conductors));

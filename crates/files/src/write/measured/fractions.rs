@@ -7,8 +7,8 @@ use crate::write::archive::{Array, write_named};
 use hexcast_core::base::error::Result;
 use hexcast_derived::fractions::{CutSurface, Fraction, Fractions, Part};
 
-/// Writes a NumPy archive of the arrays `cell`, `flag` and `fraction`, an entry for each fraction, and `dims`; `faces` and those of the surfaces
-/// where they were asked for. Returns the number of bytes.
+/// Writes a NumPy archive of the arrays `cell`, `flag` and `fraction`, an entry for each fraction, and `dims`; `faces`, `edges`, `centroid`, `face_centroid`
+/// and those of the surfaces where they were asked for. Returns the number of bytes.
 ///
 /// # Errors
 /// `io` where `out` fails.
@@ -27,10 +27,28 @@ pub fn arrays(of: &Fractions) -> Vec<Array<'_>> {
         fraction(("flag", "|u1"), |one, out| out.push(one.flag)),
         fraction(("fraction", "<f4"), |one, out| out.extend(one.fraction.to_le_bytes())),
     ];
+    let parts = &of.parts;
     if of.has_faces {
-        let faces =
-            Array::of_parts(("faces", "<f4"), &of.parts, |part: &Part| &part.faces, |faces, out| put(faces, out));
+        let faces = Array::of_parts(("faces", "<f4"), parts, |part: &Part| &part.faces, |faces, out| put(faces, out));
         arrays.push(faces.with_rows(6));
+    }
+    if of.has_edges {
+        let edges = Array::of_parts(("edges", "<f4"), parts, |part: &Part| &part.edges, |edges, out| put(edges, out));
+        arrays.push(edges.with_rows(12));
+    }
+    if of.has_centroids {
+        let centroid =
+            Array::of_parts(("centroid", "<f4"), parts, |part: &Part| &part.centroids, |centre, out| put(centre, out));
+        arrays.push(centroid.with_rows(3));
+    }
+    if of.has_centroids && of.has_faces {
+        let face_centroid = Array::of_parts(
+            ("face_centroid", "<f4"),
+            parts,
+            |part: &Part| &part.face_centroids,
+            |centres, out| put(centres.as_flattened(), out),
+        );
+        arrays.push(face_centroid.with_rows(6).with_rows(2));
     }
     if of.areas.is_some() {
         arrays.extend([

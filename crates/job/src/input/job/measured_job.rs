@@ -105,10 +105,15 @@ pub struct FractionsJob {
     pub faces: bool,
     /// Also measures area, centre and normal of the surface of each geometry in each cell.
     pub surfaces: bool,
+    /// Also measures which fraction of each of the twelve edges of these cells a flag has: exact alone.
+    pub edges: bool,
+    /// Also measures the centre of what a flag has of a cell, and, with `faces`, of each of its faces: exact alone.
+    pub centroids: bool,
 }
 
 impl Default for FractionsJob {
     fn default() -> FractionsJob {
-        FractionsJob { method: FractionsMethod::default(), rays: DEFAULT_RAYS, faces: false, surfaces: false }
+        let method = FractionsMethod::default();
+        FractionsJob { method, rays: DEFAULT_RAYS, faces: false, surfaces: false, edges: false, centroids: false }
     }
 }

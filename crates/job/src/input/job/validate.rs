@@ -1,7 +1,7 @@
 //! Checks of a job before anything is read: every value in its range, nothing asked for twice. Messages name the key.
 
 use super::quoted::short_number;
-use super::{Fill, Job, Padding, PerAxis};
+use super::{Fill, FractionsMethod, Job, Padding, PerAxis};
 use crate::base::error::{Error, Result};
 use crate::input::choices::check_n_geometries;
 
@@ -134,6 +134,14 @@ impl Job {
                 "fractions.rays",
                 fractions.rays,
                 "1, 2, 4, 8 or 16 rays along each axis of a cell",
+            ));
+        }
+        if fractions.method != FractionsMethod::Exact && (fractions.edges || fractions.centroids) {
+            let asked = if fractions.edges { "edges" } else { "centroids" };
+            return Err(Error::new(
+                "job-conflict",
+                format!("fractions.{asked} is given, which rays do not measure"),
+                "give the method \"exact\" (--fraction-method exact)",
             ));
         }
         if self.close_gaps.is_some() {
