@@ -182,6 +182,29 @@ test('undo goes back to the mesh before, planes and cuts stay at their places', 
   await expect(page.locator('#section-at')).toHaveValue('5');
 });
 
+test('coarse meshes do not move planes and cuts: they stay where they were put', async ({ visit }) => {
+  const page = await visit('#cells=20&backend=cpu', { live: true });
+  await takeLive(page, 'cubes', 2);
+  await isMeshed(page, '20 × 10 × 10');
+  await cellsAreDrawn(page);
+  await page.selectOption('#section-axis', '0');
+  await page.locator('#section-at').fill('6');
+  await page.click('#tab-slices');
+  await page.check('#slice-z');
+  await page.fill('#slice-number', '3');
+  await page.waitForTimeout(500);
+  await page.fill('#cells', '6');
+  await isMeshed(page, '6 × 3 × 3');
+  await expect(page.locator('#canvas-slice')).toHaveAttribute('data-index', '1');
+  await page.waitForTimeout(500);
+  await page.fill('#cells', '20');
+  await isMeshed(page, '20 × 10 × 10');
+  await expect(page.locator('#canvas-slice')).toHaveAttribute('data-index', '3');
+  await page.click('#tab-3d');
+  await cellsAreDrawn(page);
+  await expect(page.locator('#section-at')).toHaveValue('6');
+});
+
 test('who switches it off meshes by a click, on the next visit, too', async ({ visit }) => {
   const page = await visit('#cells=20&backend=cpu', { live: true });
   await page.evaluate(() => document.querySelector('#live').click());

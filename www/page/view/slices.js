@@ -21,23 +21,24 @@ const MAX_PIXELS = 4096;
 const SAVED_PIXELS = 1200;
 
 let request = 0;
-/** Lines of the mesh that was shown last: planes stay at their places in the next. @type {import('hexcast').Lines | null} */
+/** Lines of the mesh that is shown. @type {import('hexcast').Lines | null} */
 let lines = null;
+/** Where planes were put, in world lengths: there they stay, whatever cells the next mesh has. Null in the middle. @type {number[] | null} */
+let asked = null;
 const draw = oncePerFrame(drawSlice);
 
 /** Connects the view. */
 export function startSlices() {
   on('mesh', () => {
     const { mesh } = state;
-    const place = lines && centreOf(lines, view.index);
-    const isKept = mesh !== null && place !== null && holds(mesh.lines, place);
-    if (isKept) view.index = cellAt(mesh.lines, place);
-    else {
-      view.index = mesh ? middleOf(mesh) : [0, 0, 0];
+    const place = lines && (asked ?? centreOf(lines, view.index));
+    if (!mesh || !place || !holds(mesh.lines, place)) {
+      asked = null;
       resetZoom();
     }
     lines = mesh?.lines ?? null;
     takePlane();
+    if (mesh) view.index = asked ? cellAt(mesh.lines, asked) : middleOf(mesh);
     view.cursor = null;
     load();
   });
@@ -65,9 +66,8 @@ export function startSlices() {
   canvas.addEventListener('keydown', moveByKey);
   offerLook('slice', () => {
     const { axis, index } = view;
-    if (!lines) return '';
-    const isAsItComes = axis === 2 && String(index) === String(middleOf(lines));
-    return isAsItComes ? '' : lookOf([axis, ...centreOf(lines, index)]);
+    if (!lines || (axis === 2 && !asked)) return '';
+    return lookOf([axis, ...(asked ?? centreOf(lines, index))]);
   });
   new ResizeObserver(draw).observe(/** @type {HTMLElement} */ (canvas.parentElement));
   matchMedia('(prefers-color-scheme: dark)').addEventListener('change', draw);
@@ -84,7 +84,7 @@ function takePlane() {
   if (!lines || ![0, 1, 2].includes(axis)) return;
   view.axis = /** @type {Axis} */ (axis);
   inputOf(`slice-${AXES[axis]}`).checked = true;
-  view.index = cellAt(lines, place);
+  asked = place;
 }
 
 /** Whether a place is in the box of some lines. @param {import('hexcast').Lines} of @param {number[]} place */
@@ -113,15 +113,18 @@ function cross(axis) {
 /** @param {number} index */
 function go(index) {
   if (!state.mesh) return;
-  const last = state.mesh.dims[view.axis] - 1;
-  view.index[view.axis] = Math.min(Math.max(Math.round(index) || 0, 0), last);
+  const { axis } = view;
+  view.index[axis] = Math.min(Math.max(Math.round(index) || 0, 0), state.mesh.dims[axis] - 1);
+  const centre = centreOf(state.mesh.lines, view.index);
+  asked = (asked ?? centre).map((at, other) => (other === axis ? centre[other] : at));
   load();
 }
 
 /** Moves the planes of all axes to a place in world lengths. @param {number[]} place */
 export function showPlace(place) {
   if (!state.mesh) return;
-  view.index = cellAt(state.mesh.lines, place);
+  asked = [...place];
+  view.index = cellAt(state.mesh.lines, asked);
   resetZoom();
   load();
 }

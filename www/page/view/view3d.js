@@ -305,7 +305,10 @@ function keepCut({ lines, dims }) {
     slider.max = String(dims[axis] - 1);
     slider.value = String(cellAt(lines, [cutAt, cutAt, cutAt])[axis]);
   }
+  // many meshes in a row would move it, if it went to the middle of a cell with each
+  const asked = cutAt;
   cut();
+  if (cutAt !== null) cutAt = asked ?? cutAt;
 }
 
 /** Puts the section where its tools say; `isNew` starts in the middle. */
