@@ -59,10 +59,11 @@ test('while the slider moves mesh follows mesh, none older after a newer, and th
   await cellsAreDrawn(page);
   await page.evaluate(() => {
     window.shown = [];
-    new MutationObserver(() => window.shown.push(document.querySelector('#legend .cells').dataset.cells)).observe(
-      document.querySelector('#legend'),
-      { childList: true },
-    );
+    // those that are coarse while it moves are no older ones
+    const look = () => {
+      if (!document.body.hasAttribute('data-coarse')) window.shown.push(document.querySelector('#legend .cells').dataset.cells);
+    };
+    new MutationObserver(look).observe(document.querySelector('#legend'), { childList: true });
   });
   await page.focus('#fineness');
   for (let n = 0; n < 24; n += 1) {
@@ -85,6 +86,37 @@ test('while the slider moves mesh follows mesh, none older after a newer, and th
   await run(byClick);
   assert.equal(await hash(page), await hash(byClick));
   assert.deepEqual(await legend(page), await legend(byClick));
+});
+
+test('where meshes are slow, coarser ones follow the slider, and files wait for the one where it stays', async ({ visit }) => {
+  // rays that make it slow on any machine
+  const page = await visit('#cells=200&fractions=true&fraction_rays=16&backend=cpu', { live: true });
+  await takeLive(page, 'knot', 1);
+  await expect(page.locator('#result-dims')).toContainText('200 ×', { timeout: 60_000 });
+  await cellsAreDrawn(page);
+  await page.evaluate(() => {
+    window.seen = [];
+    const isInert = () => document.querySelector('#downloads').inert;
+    const look = () => {
+      if (document.body.hasAttribute('data-coarse'))
+        window.seen.push([document.querySelector('#result-dims').textContent, isInert()]);
+    };
+    new MutationObserver(look).observe(document.body, { attributeFilter: ['data-coarse'] });
+  });
+  await page.focus('#fineness');
+  for (let n = 0; n < 16; n += 1) {
+    await page.keyboard.press(n % 2 ? 'ArrowRight' : 'ArrowLeft');
+    await page.waitForTimeout(100);
+  }
+  await expect(page.locator('body')).not.toHaveAttribute('data-coarse', { timeout: 60_000 });
+  await expect(page.locator('#result-dims')).toContainText(`${await page.inputValue('#cells')} ×`, { timeout: 60_000 });
+  const seen = await page.evaluate(() => window.seen);
+  assert.ok(seen.length > 0, 'coarse cells were shown');
+  assert.ok(
+    seen.every(([dims, isInert]) => isInert && Number.parseInt(dims, 10) <= 120),
+    JSON.stringify(seen),
+  );
+  assert.equal(await page.evaluate(() => document.querySelector('#downloads').inert), false);
 });
 
 test('the slider sets the size that leads: cells, their length, the largest of graded lines', async ({ visit }) => {

@@ -121,7 +121,7 @@ function guess(mesh, { id, format }) {
 }
 
 /** Bytes of an entry of what was measured, before it is compressed. @type {Record<string, number>} */
-const PER_ENTRY = { links: 24, 'links-hdf5': 24, fractions: 100, staggered: 7 };
+const PER_ENTRY = { links: 24, 'links-hdf5': 24, fractions: 220, staggered: 7 };
 
 /** @param {Mesh} mesh @param {string} of */
 function entriesOf({ report }, of) {

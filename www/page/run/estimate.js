@@ -14,6 +14,10 @@ const COLUMNS_MUCH = 5e8;
 
 /** Milliseconds after which an estimate is ended where the job has changed meanwhile. */
 const PATIENCE = 200;
+/** Milliseconds that an estimate waits for a mesh that the page makes by itself: on one thread it would hold that up. */
+const COURTESY = 300;
+/** Milliseconds between two looks at whether it is made. */
+const STEP = 10;
 
 /** The estimate that is made. @type {{ stop: AbortController, since: number } | null} */
 let running = null;
@@ -34,6 +38,8 @@ function update() {
 }
 
 async function estimate() {
+  for (let waited = 0; state.phase === 'updating' && waited < COURTESY; waited += STEP)
+    await new Promise((resolve) => setTimeout(resolve, STEP));
   if (!state.mesher || state.geometries.length === 0) return change('estimate', { estimate: null });
   // the page keeps the numbers of the job that runs
   if (state.phase === 'meshing') return undefined;

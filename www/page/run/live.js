@@ -2,15 +2,20 @@
 import { byId, inputOf, onInput } from '../elements/dom.js';
 import { change, on, state } from '../state/state.js';
 import { cellsAreDrawn } from '../view/view3d.js';
-import { isWanted } from './live_rule.js';
+import { coarser, startCoarse, takePace, untilRest } from './coarse.js';
+import { isShown, isWanted } from './live_rule.js';
 import { makeMesh } from './run.js';
 
 /** The key of the choice in the browser's storage: it is the user's, and no part of the job. */
 const CHOICE = 'hexcast-live';
 /** Milliseconds without another mesh after which a screen reader hears of the last. */
 const QUIET = 500;
+/** Milliseconds between two looks at whether the slider moves. */
+const STEP = 30;
 
 let isRunning = false;
+/** The job with coarser cells that is meshed, or was meshed last, while the slider moves. @type {import('./coarse.js').Job | null} */
+let coarse = null;
 /** @type {ReturnType<typeof setTimeout> | undefined} */
 let speaking;
 
@@ -22,6 +27,8 @@ export function startLive() {
     keepChoice(checked);
     change('live', { live: checked });
   });
+  startCoarse();
+  on('mesh', showWhetherCoarse);
   on(['estimate', 'phase', 'live'], follow);
 }
 
@@ -32,8 +39,15 @@ async function follow() {
   try {
     while (state.phase === 'idle' && isWanted()) {
       const { job, result } = /** @type {import('../state/state.js').Estimated} */ (state.estimate);
+      coarse = result ? coarser(job, result.dims) : null;
+      if (coarse && isShown(coarse)) {
+        await new Promise((resolve) => setTimeout(resolve, Math.min(untilRest(), STEP)));
+        continue;
+      }
+      const start = performance.now();
       // who ended it goes on first
-      if (!(await makeMesh('updating', job, result ?? null))) return;
+      if (!(await makeMesh('updating', coarse ?? job, coarse ? null : (result ?? null)))) return;
+      if (state.mesh) takePace(coarse !== null, state.mesh.dims, performance.now() - start);
       // a picture that nobody has seen is not replaced
       await cellsAreDrawn();
     }
@@ -41,6 +55,13 @@ async function follow() {
     isRunning = false;
   }
   speaking = setTimeout(speak, QUIET);
+}
+
+/** Cells that are coarse because the slider moves are not those that somebody wants to have in a file. */
+function showWhetherCoarse() {
+  const isCoarse = coarse !== null && state.job === coarse;
+  byId('downloads').inert = isCoarse;
+  document.body.toggleAttribute('data-coarse', isCoarse);
 }
 
 /** What was said of the last mesh, aloud. */

@@ -47,11 +47,7 @@ export function startView3d() {
   showTools();
   on('geometries', () => showModels());
   on('colours', () => recolour());
-  on('estimate', () =>
-    withScene((scene) =>
-      scene.setBox(state.geometries.length > 0 && state.estimate?.result ? domainOf(state.estimate.result) : null),
-    ),
-  );
+  on(['estimate', 'mesh', 'live'], showBox);
   on('mesh', () => showMesh());
   // before the surface is there, the old one would be drawn once more
   on('findings', () => drawn === state.mesh && mark());
@@ -65,6 +61,13 @@ export function startView3d() {
   byId('canvas-3d').addEventListener('keydown', turnByKey);
   offerLook('camera', () => lookOf((state.mesh && opened?.place()) || []));
   offerLook('cut', () => (cutAt === null ? '' : lookOf([Number(selectOf('section-axis').value), side, cutAt])));
+}
+
+/** Draws the edges of the box that is to be meshed: that of the mesh, where the next comes by itself, so that it is not drawn for a moment. */
+function showBox() {
+  const { mesh, geometries, estimate } = state;
+  const of = mesh && isLive() ? mesh.report : estimate?.result;
+  withScene((scene) => scene.setBox(geometries.length > 0 && of ? domainOf(of) : null));
 }
 
 /**
