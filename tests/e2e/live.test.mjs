@@ -366,6 +366,26 @@ test('undo ends a mesh that is made, and the mesh before comes back', async ({ v
   assert.deepEqual(await legend(page), before);
 });
 
+test('a mesh of a part that is removed meanwhile is not shown', async ({ visit }) => {
+  const page = await visit('#cells=24&fractions=true&fraction_rays=16&backend=cpu', { live: true });
+  await takeLive(page, 'cubes', 2);
+  await expect(page.locator('#legend tr')).toHaveCount(2, { timeout: 60_000 });
+  await page.waitForTimeout(500);
+  await page.fill('#cells', '400');
+  await page.evaluate(async () => {
+    const cancel = document.querySelector('#cancel');
+    while (cancel.hidden) await new Promise(requestAnimationFrame);
+    window.shown = [];
+    const look = () => window.shown.push(document.querySelector('#result-dims').textContent);
+    new MutationObserver(look).observe(document.querySelector('#legend'), { childList: true });
+    document.querySelector('.geometry button[aria-label^=Remove]').click();
+  });
+  await expect(page.locator('#legend tr')).toHaveCount(1, { timeout: 60_000 });
+  await expect(page.locator('#cancel')).toBeHidden();
+  assert.ok((await page.evaluate(() => window.shown)).every((dims) => !/^400 × 200/.test(dims)));
+  await expect(page.locator('#result-dims')).toContainText('400 × 400');
+});
+
 /** What is seen of a mesh: from where, cut where, which plane in which tab, which flags. */
 const looks = (page) =>
   page.evaluate(() => {

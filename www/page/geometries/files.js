@@ -266,6 +266,8 @@ export async function restoreGeometries(wanted) {
 
 /** Removes one geometry. @param {number} id */
 export function removeGeometry(id) {
+  // a mesh of it, which nobody asked for, would be shown for a moment
+  endUpdate();
   state.geometries.find((geometry) => geometry.id === id)?.surface.dispose();
   change('geometries', { geometries: state.geometries.filter((geometry) => geometry.id !== id) });
   if (state.geometries.length === 0) set({ domain: null });

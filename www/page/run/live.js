@@ -44,10 +44,11 @@ async function follow() {
         await new Promise((resolve) => setTimeout(resolve, Math.min(untilRest(), STEP)));
         continue;
       }
-      const start = performance.now();
+      const [start, wanted] = [performance.now(), coarse ?? job];
       // who ended it goes on first
-      if (!(await makeMesh('updating', coarse ?? job, coarse ? null : (result ?? null)))) return;
-      if (state.mesh) takePace(coarse !== null, state.mesh.dims, performance.now() - start);
+      if (!(await makeMesh('updating', wanted, coarse ? null : (result ?? null)))) return;
+      // it may have failed
+      if (state.mesh && state.job === wanted) takePace(coarse !== null, state.mesh.dims, performance.now() - start);
       // a picture that nobody has seen is not replaced
       await cellsAreDrawn();
     }
