@@ -22,7 +22,7 @@ Compress = Union[int, Literal["none"], None]
 
 
 #: Dimensions of the arrays of fractions that have several numbers an entry.
-OF_ENTRIES = {"faces": ("face",), "edges": ("edge",), "centroid": ("axis",), "face_centroid": ("face", "across")}
+OF_ENTRIES: dict[str, tuple[str, ...]] = {"faces": ("face",), "edges": ("edge",), "centroid": ("axis",), "face_centroid": ("face", "across")}
 
 
 class Arrays:
@@ -275,8 +275,8 @@ def in_dataset(
         for name, array in measured["fractions"]._arrays().items():
             if name not in ("dims", "origin"):
                 is_surface = name.startswith("surface")
-                along = ("surface", "axis") if is_surface else ("cut", *OF_ENTRIES.get(name, ()))
-                variables[name if is_surface else f"cut_{name}"] = (along[: array.ndim], array)
+                dimensions = ("surface", "axis") if is_surface else ("cut", *OF_ENTRIES.get(name, ()))
+                variables[name if is_surface else f"cut_{name}"] = (dimensions[: array.ndim], array)
     if "doubt" in measured:
         variables["doubtful"] = (("z", "y", "x"), measured["doubt"].flags)
     if "staggered" in measured:
