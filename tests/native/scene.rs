@@ -193,10 +193,13 @@ mod gpu {
     #[test]
     fn after_random_edits_the_mesh_is_that_of_the_cpu() {
         let (mut mesher, mut whole_by) = (mesher(BackendChoice::Gpu), mesher(BackendChoice::Cpu));
-        for seed in 7..7 + n_scenes(1) {
+        let (mut n_local, n) = (0, n_scenes(1));
+        for seed in 7..7 + n {
             println!("seed {seed}");
-            assert!(edits(seed, 50, &mut mesher, &mut whole_by) > 5);
+            n_local += edits(seed, 50, &mut mesher, &mut whole_by);
         }
+        println!("{n_local} of {} edits cast some rays only", 50 * n);
+        assert!(u64::from(n_local) > 50 * n / 10, "{n_local}");
     }
 }
 
