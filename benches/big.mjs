@@ -30,19 +30,12 @@ export async function benchBig({ folder, quick }) {
   try {
     /** @type {Map<string, string[]>} */
     const rows = new Map();
-    /** @type {[string, number][]} */
-    let cancels = [];
     for (const { headers } of PAGES) {
-      const server = await serve({ headers });
-      try {
-        for (const [name, s, gb] of await openFile(browser, server.url, file)) {
-          rows.set(name, [...(rows.get(name) ?? [name]), s.toFixed(1), gb ? gb.toFixed(2) : '']);
-        }
-        cancels = await cancelStages(browser, server.url, file);
-      } finally {
-        await server.close();
+      for (const [name, s, gb] of await served(headers, (url) => openFile(browser, url, file))) {
+        rows.set(name, [...(rows.get(name) ?? [name]), s.toFixed(1), gb ? gb.toFixed(2) : '']);
       }
     }
+    const cancels = await served({}, (url) => cancelStages(browser, url, file));
     const text = [
       `\n${n_facets} facets, seconds since the file was chosen, and the most memory of the page's process (RSS) until then:`,
       table(['', ...PAGES.flatMap(({ name }) => [`${name}: s`, 'GB'])], [...rows.values()]),
@@ -55,6 +48,22 @@ export async function benchBig({ folder, quick }) {
     return { adapter: 'none', text: text.join('\n\n') };
   } finally {
     await browser.close();
+  }
+}
+
+/**
+ * Does something while the page is served.
+ *
+ * @template T
+ * @param {Record<string, string>} headers
+ * @param {(url: string) => Promise<T>} act
+ */
+async function served(headers, act) {
+  const server = await serve({ headers });
+  try {
+    return await act(server.url);
+  } finally {
+    await server.close();
   }
 }
 

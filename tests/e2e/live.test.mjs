@@ -21,6 +21,19 @@ async function takeLive(page, sample, n_files) {
 /** The number of cells along x, y and z of the mesh that is shown, once they are these. */
 const isMeshed = (page, dims) => expect(page.locator('#result-dims')).toContainText(`${dims} =`, { timeout: 60_000 });
 
+/** Shows two cubes of 20 x 10 x 10 cells, cut across x and with a plane across z. */
+async function cutCubes(page, cut, plane) {
+  await takeLive(page, 'cubes', 2);
+  await isMeshed(page, '20 × 10 × 10');
+  await cellsAreDrawn(page);
+  await page.selectOption('#section-axis', '0');
+  await page.locator('#section-at').fill(cut);
+  await page.click('#tab-slices');
+  await page.check('#slice-z');
+  await page.fill('#slice-number', plane);
+  await page.waitForTimeout(500);
+}
+
 /** The hash of the flags of the mesh that is shown. */
 async function hash(page) {
   await page.evaluate(() => document.querySelector('#hash').click());
@@ -194,15 +207,7 @@ test('a file of columns stays until something changes', async ({ visit }) => {
 
 test('undo goes back to the mesh before, planes and cuts stay at their places', async ({ visit }) => {
   const page = await visit('#cells=20&backend=cpu', { live: true });
-  await takeLive(page, 'cubes', 2);
-  await isMeshed(page, '20 × 10 × 10');
-  await cellsAreDrawn(page);
-  await page.selectOption('#section-axis', '0');
-  await page.locator('#section-at').fill('5');
-  await page.click('#tab-slices');
-  await page.check('#slice-z');
-  await page.fill('#slice-number', '2');
-  await page.waitForTimeout(500);
+  await cutCubes(page, '5', '2');
   await page.fill('#cells', '80');
   await isMeshed(page, '80 × 40 × 40');
   await expect(page.locator('#canvas-slice')).toHaveAttribute('data-index', '10');
@@ -216,15 +221,7 @@ test('undo goes back to the mesh before, planes and cuts stay at their places', 
 
 test('coarse meshes do not move planes and cuts: they stay where they were put', async ({ visit }) => {
   const page = await visit('#cells=20&backend=cpu', { live: true });
-  await takeLive(page, 'cubes', 2);
-  await isMeshed(page, '20 × 10 × 10');
-  await cellsAreDrawn(page);
-  await page.selectOption('#section-axis', '0');
-  await page.locator('#section-at').fill('6');
-  await page.click('#tab-slices');
-  await page.check('#slice-z');
-  await page.fill('#slice-number', '3');
-  await page.waitForTimeout(500);
+  await cutCubes(page, '6', '3');
   await page.fill('#cells', '6');
   await isMeshed(page, '6 × 3 × 3');
   await expect(page.locator('#canvas-slice')).toHaveAttribute('data-index', '1');

@@ -88,6 +88,11 @@ export function debounce(action, milliseconds) {
   };
 }
 
+/** Resolves after so many milliseconds. @param {number} milliseconds */
+export function pause(milliseconds) {
+  return new Promise((resolve) => setTimeout(resolve, milliseconds));
+}
+
 /** A function that runs an action, one run after another: where it was called during a run, however often, once more. @param {() => Promise<unknown>} action */
 export function inTurn(action) {
   let [isRunning, isWanted] = [false, false];

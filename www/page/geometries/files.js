@@ -1,5 +1,5 @@
 /** Files that are opened: dropped anywhere on the page, chosen, or a sample. Those of lines end in `.json`. */
-import { byId, make, onInput } from '../elements/dom.js';
+import { byId, make, onInput, pause } from '../elements/dom.js';
 import { clearMessages, showError, showNotice } from '../elements/messages.js';
 import { realFiles } from './real_models.js';
 import { SAMPLES } from './samples.js';
@@ -158,7 +158,7 @@ function showArrival() {
 /** Resolves once no mesher starts and no mesh is made. */
 async function isQuiet() {
   await endUpdate();
-  while (['starting', 'meshing', 'updating'].includes(state.phase)) await new Promise((resolve) => setTimeout(resolve, 50));
+  while (['starting', 'meshing', 'updating'].includes(state.phase)) await pause(50);
 }
 
 /** @param {import('hexcast').Mesher} mesher @param {FileIn} file @param {string | null} sample */

@@ -1,5 +1,5 @@
 /** What the mesh would cost, updated with every change, and whether it fits. */
-import { byId, inTurn, make } from '../elements/dom.js';
+import { byId, inTurn, make, pause } from '../elements/dom.js';
 import { bytes, count, duration, roughly, times } from '../text/format.js';
 import { wrongField } from '../settings/wrong_fields.js';
 import { currentJob, keyOfCells } from '../state/job.js';
@@ -38,8 +38,7 @@ function update() {
 }
 
 async function estimate() {
-  for (let waited = 0; state.phase === 'updating' && waited < COURTESY; waited += STEP)
-    await new Promise((resolve) => setTimeout(resolve, STEP));
+  for (let waited = 0; state.phase === 'updating' && waited < COURTESY; waited += STEP) await pause(STEP);
   if (!state.mesher || state.geometries.length === 0) return change('estimate', { estimate: null });
   // the page keeps the numbers of the job that runs
   if (state.phase === 'meshing') return undefined;

@@ -1,5 +1,5 @@
 /** Meshes whatever changes, as long as that takes a moment: one mesh after another, each of the last estimate; what came between is left out. */
-import { byId, inputOf, onInput } from '../elements/dom.js';
+import { byId, inputOf, onInput, pause } from '../elements/dom.js';
 import { change, on, state } from '../state/state.js';
 import { cellsAreDrawn } from '../view/view3d.js';
 import { coarser, startCoarse, takePace, untilRest } from './coarse.js';
@@ -41,7 +41,7 @@ async function follow() {
       const { job, result } = /** @type {import('../state/state.js').Estimated} */ (state.estimate);
       coarse = result ? coarser(job, result.dims) : null;
       if (coarse && isShown(coarse)) {
-        await new Promise((resolve) => setTimeout(resolve, Math.min(untilRest(), STEP)));
+        await pause(Math.min(untilRest(), STEP));
         continue;
       }
       const [start, wanted] = [performance.now(), coarse ?? job];

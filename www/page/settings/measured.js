@@ -1,24 +1,14 @@
 /** The fields of what is measured beside the cells: links, fractions of cells, a staggered grid. */
 import { byId, inputOf, onInput, put, selectOf } from '../elements/dom.js';
 import { flagsOf } from '../text/format.js';
-import { set, state } from '../state/state.js';
-
-const SWITCHES = /** @type {const} */ ([
-  'links',
-  'fractions',
-  'fraction_faces',
-  'fraction_surfaces',
-  'fraction_edges',
-  'fraction_centroids',
-  'staggered',
-]);
+import { MEASURED, set, state } from '../state/state.js';
 
 /** @param {string} key */
 const id = (key) => key.replace('_', '-');
 
 /** Connects the fields. */
 export function startMeasured() {
-  for (const key of SWITCHES) onInput(id(key), 'change', ({ checked }) => set({ [key]: checked }));
+  for (const key of MEASURED) onInput(id(key), 'change', ({ checked }) => set({ [key]: checked }));
   const stencil = selectOf('stencil');
   stencil.addEventListener('change', () =>
     set({ stencil: /** @type {import('../state/state.js').Settings['stencil']} */ (stencil.value) }),
@@ -35,7 +25,7 @@ export function startMeasured() {
 /** Writes the fields. */
 export function showMeasured() {
   const { settings } = state;
-  for (const key of SWITCHES) inputOf(id(key)).checked = settings[key];
+  for (const key of MEASURED) inputOf(id(key)).checked = settings[key];
   byId('links-fields').hidden = !settings.links;
   byId('fractions-fields').hidden = !settings.fractions;
   byId('exact-fields').hidden = settings.fraction_rays !== 0;

@@ -10,20 +10,10 @@ import { expectLooks, writeLooks } from './looks.js';
 import { readMaterial, writeMaterial } from './material.js';
 import { showNotice } from '../elements/messages.js';
 import { expectLines, linesFile, waitedLines } from './lines.js';
-import { DEFAULTS, colourOf, on, set, state } from '../state/state.js';
+import { DEFAULTS, MEASURED, colourOf, on, set, state } from '../state/state.js';
 
 /** Settings of how cells are decided: keys of links, of jobs and, with hyphens, of the command. */
 const METHOD = /** @type {const} */ (['rule', 'open', 'fill', 'close_gaps', 'certify', 'thin_cells', 'axis']);
-/** Settings of what is measured, of which a link has those that are not by default. */
-const MEASURED = /** @type {const} */ ([
-  'links',
-  'fractions',
-  'fraction_faces',
-  'fraction_surfaces',
-  'fraction_edges',
-  'fraction_centroids',
-  'staggered',
-]);
 
 /**
  * @typedef {import('hexcast').Job} Job

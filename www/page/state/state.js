@@ -118,6 +118,17 @@
  * @typedef {'mesher' | 'geometries' | 'patches' | 'settings' | 'fields' | 'estimate' | 'phase' | 'live' | 'mesh' | 'leak' | 'difference' | 'findings' | 'colours' | 'legend' | 'look'} Topic
  */
 
+/** Settings that ask for what is measured: switches of the page, of which a link has those that are on. */
+export const MEASURED = /** @type {const} */ ([
+  'links',
+  'fractions',
+  'fraction_faces',
+  'fraction_surfaces',
+  'fraction_edges',
+  'fraction_centroids',
+  'staggered',
+]);
+
 /** The defaults of the job. @type {Readonly<Settings>} */
 export const DEFAULTS = Object.freeze({
   sizing: 'cells',

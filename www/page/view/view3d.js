@@ -308,14 +308,16 @@ function keepCut({ lines, dims }) {
     slider.max = String(dims[axis] - 1);
     slider.value = String(cellAt(lines, [cutAt, cutAt, cutAt])[axis]);
   }
-  // many meshes in a row would move it, if it went to the middle of a cell with each
-  const asked = cutAt;
-  cut();
-  if (cutAt !== null) cutAt = asked ?? cutAt;
+  cut(false, cutAt);
 }
 
-/** Puts the section where its tools say; `isNew` starts in the middle. */
-function cut(isNew = false) {
+/**
+ * Puts the section where its tools say; `isNew` starts in the middle.
+ *
+ * @param {boolean} [isNew]
+ * @param {number | null} [kept] where it stays, within a cell: meshes in a row would move it, if each took the middle of one
+ */
+function cut(isNew = false, kept = null) {
   const { mesh } = state;
   const choice = selectOf('section-axis').value;
   const slider = inputOf('section-at');
@@ -330,7 +332,7 @@ function cut(isNew = false) {
   const index = Number(slider.value);
   // through the middle of cells, so that it shows the plane of this number
   const at = placeAt(mesh.lines, axis, index + 0.5);
-  cutAt = at;
+  cutAt = kept ?? at;
   const where = `${'xyz'[axis]} = ${short(at)}${mesh.report.unit ? ` ${mesh.report.unit}` : ''}`;
   slider.setAttribute('aria-valuetext', `cell ${index} of ${mesh.dims[axis]}, ${where}`);
   byId('section-where').textContent = where;
