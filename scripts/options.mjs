@@ -15,7 +15,7 @@ import { ROOT } from './run.mjs';
 
 const COMMAND = '`npm run options` of docs/job.schema.json';
 /** Definitions that are types by their own names, in the order in which they are written. */
-const NAMED = ['Material', 'GeometryJob', 'GradedJob', 'LinksJob', 'FractionsJob'];
+const NAMED = ['Material', 'GeometryJob', 'GradedJob', 'LinksJob', 'FractionsJob', 'ConformalJob'];
 /** Keys that only the native program has. */
 const NATIVE = ['backend'];
 /** Definitions with keys of their own, in the order of the reference. */
@@ -28,6 +28,7 @@ const INNER = [
   'ZarrJob',
   'LinksJob',
   'FractionsJob',
+  'ConformalJob',
   'BackgroundJob',
   'SliceJob',
   'ViewJob',
@@ -40,6 +41,7 @@ const IN_JAVASCRIPT = {
   links: 'See `Mesh.links`.',
   fractions: 'See `Mesh.fractions`.',
   staggered: 'See `Mesh.staggered`.',
+  conformal: 'See `Mesh.conformal`.',
 };
 /** What holds in Python alone. @type {Record<string, string>} */
 const IN_PYTHON = {
@@ -51,6 +53,7 @@ const IN_PYTHON = {
   links: 'Counted in `report["links"]`.',
   fractions: 'Counted in `report["fractions"]`.',
   staggered: 'Counted in `report["staggered"]`.',
+  conformal: 'Counted in `report["conformal"]`.',
   max_memory: 'By default 3/4 of what is available.',
   background: 'Such as `{"name": "air", "material": {"eps_r": 1}}`.',
 };

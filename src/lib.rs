@@ -26,6 +26,8 @@ pub use hexcast_core::{
     Control, Error, GeometryJob, Job, Result, Source, columns, control, error, finding, geometry, job, length, lines,
     memory, read, sources, surface,
 };
+#[doc(inline)]
+pub use hexcast_derived::cut_cells::conformal;
 /// # Example
 /// ```
 /// # use hexcast::{Control, GeometryJob, Job, Mesher, MesherOptions, Source, job::BackendChoice, pipeline::MeshOptions};

@@ -63,6 +63,8 @@ export type ErrorCode =
   | 'geometry-too-far'
   | 'too-many-facets'
   | 'too-many-geometries'
+  /** Edges and faces outside metal are asked for, and no flag is metal. */
+  | 'no-metal'
   | 'too-many-crossings'
   | 'export-too-large'
   | 'export-unit'

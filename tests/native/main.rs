@@ -24,6 +24,7 @@ mod command_inputs;
 mod command_outputs;
 mod compare;
 #[cfg(feature = "cli")]
+mod conformal;
 mod converge;
 mod cut_faces;
 #[cfg(feature = "cli")]

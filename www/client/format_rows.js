@@ -22,6 +22,7 @@ export const FORMATS = Object.freeze({
   'links.h5': row('measured', 'application/x-hdf5', true, false, false, 'any'),
   links: row('measured', 'application/octet-stream', false, false, false, 'any'),
   'staggered.npz': row('measured', 'application/octet-stream', true, false, false, 'any'),
+  'conformal.npz': row('measured', 'application/octet-stream', true, false, false, 'any'),
   'fractions.npz': row('measured', 'application/octet-stream', true, false, false, 'any'),
   'fractions.vti': row('measured', 'application/vnd.vtk.vti+xml', true, false, false, 'equal'),
   'fractions.vtr': row('measured', 'application/vnd.vtk.vtr+xml', true, false, false, 'any'),

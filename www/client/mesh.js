@@ -256,6 +256,11 @@ export class Mesh {
     return this.#measured('staggered', options);
   }
 
+  /** @param {CallOptions} [options] @returns {Promise<import('../hexcast.js').Conformal>} */
+  async conformal(options) {
+    return this.#measured('conformal', options);
+  }
+
   /** @param {import('../core/arrays.js').Measured} of @param {CallOptions} [options] @returns {Promise<any>} */
   #measured(of, options) {
     return this.#call('arrays', { of }, optionsOf(options, CALL));

@@ -8,6 +8,7 @@ export type MeasuredFormat =
   | 'links.h5'
   | 'links'
   | 'staggered.npz'
+  | 'conformal.npz'
   | 'fractions.npz'
   | 'fractions.vti'
   | 'fractions.vtr'

@@ -98,6 +98,30 @@ export interface Staggered {
   sheet_flag: Bytes;
 }
 
+/** Fractions of edges and faces outside metal, 0 to 1, on a grid of nx x ny x nz cells, x fastest. */
+export interface Conformal {
+  /** Of edges along x: nx, ny + 1, nz + 1 of them on x, y, z. */
+  Lx: Float64Numbers;
+  /** Along y: nx + 1, ny, nz + 1. */
+  Ly: Float64Numbers;
+  /** Along z: nx + 1, ny + 1, nz. */
+  Lz: Float64Numbers;
+  /** Of faces across x: nx + 1, ny, nz of them. */
+  Ax: Float64Numbers;
+  /** Across y: nx, ny + 1, nz. */
+  Ay: Float64Numbers;
+  /** Across z: nx, ny, nz + 1. */
+  Az: Float64Numbers;
+  /** Lines of each axis, cells + 1 numbers, in the unit of the files. */
+  x: Float64Numbers;
+  y: Float64Numbers;
+  z: Float64Numbers;
+  /** The cell of the first edges and faces, counted in the box: 0, 0, 0 but for windows and parts. */
+  origin: Int32Numbers;
+  /** One number: the longest stable step, as a part of that of the same lines without metal. */
+  dt_factor: Float64Numbers;
+}
+
 /** Links from cells of the fluid to surfaces, counted. */
 export interface LinksReport {
   stencil: 'D3Q7' | 'D3Q15' | 'D3Q19' | 'D3Q27';
@@ -133,6 +157,24 @@ export interface StaggeredReport {
   components: { name: string; dims: [number, number, number]; flags: { flag: number; points: number }[] }[];
   /** Number of faces that are sheets. */
   sheet_faces: number;
+}
+
+/** Edges and faces outside metal, counted. */
+export interface ConformalReport {
+  /** Edges of which a part lies in metal. Those on the last line of a window or part are counted by the one behind it. */
+  cut_edges: number;
+  /** Faces of which a part lies in metal. */
+  cut_faces: number;
+  /** Faces that are larger than what lies outside metal, so that the step stays long. */
+  enlarged_faces: number;
+  /** Those of which the faces beside them did not have all that they lacked. */
+  unbalanced_faces: number;
+  /** Cells whose faces rays measure, as a surface passes through itself there. */
+  sampled_cells: number;
+  /** The longest stable step, as a part of `dx / (c sqrt(3))` or what that is for the smallest cells. */
+  dt_factor: number;
+  /** This step in seconds, in vacuum; null where no unit of length is known. */
+  dt: number | null;
 }
 
 /** What one size of cells gives. */

@@ -21,6 +21,7 @@
 //! Where surfaces are neither smooth sheets nor convex, products of columns take some us more.
 
 mod cells;
+pub mod conformal;
 mod cut_cell;
 mod edges;
 mod fractions;

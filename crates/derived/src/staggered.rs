@@ -313,11 +313,12 @@ impl Staggered {
 /// # Errors
 /// `too-many-cells`.
 #[doc(hidden)]
-pub fn check_dims(dims: [u32; 3]) -> Result<()> {
+pub fn check_dims(dims: [u32; 3], what: &str) -> Result<()> {
     let most = MAX_CELLS_PER_AXIS - 2;
     let Some(axis) = (0..3).find(|&axis| dims[axis] > most) else { return Ok(()) };
-    let message = format!("{} cells along {}: at most {most} fit with a staggered grid", dims[axis], AXES[axis]);
-    Err(Error::new("too-many-cells", message, "use larger cells, or leave out staggered"))
+    let message =
+        format!("{} cells along {}: at most {most} fit where fields have points on lines", dims[axis], AXES[axis]);
+    Err(Error::new("too-many-cells", message, format!("use larger cells, or leave out {what}")))
 }
 
 /// The faces across an axis of some cells whose links cross a facet, and its rank + 1.

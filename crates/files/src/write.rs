@@ -37,12 +37,13 @@ use hexcast_derived::mesh::Mesh;
 
 pub use archive::{Array, write_arrays};
 use cells::Cells;
+pub use measured::conformal::write_conformal;
 pub use measured::fractions::write_fractions;
 pub use measured::links::{LinksFormat, write_links};
 use measured::solid;
 pub use measured::staggered::write_staggered;
 #[doc(hidden)]
-pub use measured::{fractions, links, staggered};
+pub use measured::{conformal, fractions, links, staggered};
 pub use options::{AxisOrder, Compress, Format, Options, Written};
 pub use sidecar::sidecar_json;
 pub use sink::Sink;

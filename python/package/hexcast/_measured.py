@@ -41,6 +41,11 @@ class Arrays:
         with replace(path) as new:
             _hexcast.write_arrays(new, flat, level)
 
+    def _save_npz(self, path: Union[str, os.PathLike[str]], named: str, compress: Compress) -> None:
+        if not os.fspath(path).lower().endswith(".npz"):
+            raise Error(f"{path}: {named} written as .npz", "job-value", "use .npz")
+        self._save_archive(path, compress)
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Links(Arrays):
@@ -228,13 +233,43 @@ class Staggered(Arrays):
 
         :param compress: level, 1 to 9 or ``"none"``; by default 6.
         """
-        if not os.fspath(path).lower().endswith(".npz"):
-            raise Error(f"{path}: a staggered grid is written as .npz", "job-value", "use .npz")
-        self._save_archive(path, compress)
+        self._save_npz(path, "a staggered grid is", compress)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Conformal(Arrays):
+    """What of edges and faces lies outside metal, for conformal solvers of Maxwell's equations: ``docs/conformal.md``."""
+
+    #: Fractions of the edges along an axis, 0 to 1, of shape (z, y, x): one more than cells along the others.
+    Lx: NDArray[np.float64]
+    Ly: NDArray[np.float64]
+    Lz: NDArray[np.float64]
+    #: Fractions of the faces across an axis: one more than cells along it.
+    Ax: NDArray[np.float64]
+    Ay: NDArray[np.float64]
+    Az: NDArray[np.float64]
+    #: The lines on each axis.
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    z: NDArray[np.float64]
+    #: The first cell of the mesh, counted in the box: 0 but for windows.
+    origin: NDArray[np.int32]
+    #: The longest stable step, one number (of shape ()): a part of that of the same lines without metal.
+    dt_factor: NDArray[np.float64]
+
+    def __repr__(self) -> str:
+        return f"<hexcast.Conformal: steps up to {float(self.dt_factor):.3f} of those without metal>"
+
+    def save(self, path: Union[str, os.PathLike[str]], *, compress: Compress = None) -> None:
+        """Writes the file of the command's ``--conformal``, ``.npz``, byte for byte.
+
+        :param compress: level, 1 to 9 or ``"none"``; by default 6.
+        """
+        self._save_npz(path, "edges and faces outside metal are", compress)
 
 
 def arrays_of(raw: _hexcast.RawMesh, kind: str) -> dict[str, NDArray[Any]]:
-    """The arrays of links, fractions or a staggered grid; nobody can write to them, as they stay what is saved."""
+    """The arrays of links, fractions, a staggered grid or edges and faces outside metal; nobody can write to them, as they stay what is saved."""
     arrays = {}
     for index, (name, dtype, shape) in enumerate(_hexcast.arrays(raw, kind)):
         try:
@@ -261,6 +296,10 @@ def staggered_of(raw: _hexcast.RawMesh) -> Staggered:
     return Staggered(**arrays_of(raw, "staggered"))
 
 
+def conformal_of(raw: _hexcast.RawMesh) -> Conformal:
+    return Conformal(**arrays_of(raw, "conformal"))
+
+
 def in_dataset(
     data: xarray.Dataset, measured: Mapping[str, Any], lines: tuple[NDArray[np.float64], ...]
 ) -> xarray.Dataset:
@@ -279,10 +318,11 @@ def in_dataset(
                 variables[name if is_surface else f"cut_{name}"] = (dimensions[: array.ndim], array)
     if "doubt" in measured:
         variables["doubtful"] = (("z", "y", "x"), measured["doubt"].flags)
-    if "staggered" in measured:
+    on_lines = {"staggered": ("Ex", "Ey", "Ez", "Hx", "Hy", "Hz"), "conformal": ("Lx", "Ly", "Lz", "Ax", "Ay", "Az")}
+    for kind in [kind for kind in on_lines if kind in measured]:
         data = data.assign_coords({f"{axis}_line": of for axis, of in zip("xyz", lines)})
-        for name in ("Ex", "Ey", "Ez", "Hx", "Hy", "Hz"):
-            array = getattr(measured["staggered"], name)
+        for name in on_lines[kind]:
+            array = getattr(measured[kind], name)
             along = [f"{axis}_line" if n == len(of) else axis for axis, n, of in zip("zyx", array.shape, lines[::-1])]
             variables[name] = (along, array)
     return data.assign(variables)

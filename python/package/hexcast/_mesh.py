@@ -15,7 +15,17 @@ from . import _hexcast
 from ._error import Error, InvalidValue, MeshWarning
 from ._files import save
 from ._html import html_of
-from ._measured import Fractions, Links, Staggered, fractions_of, in_dataset, links_of, staggered_of
+from ._measured import (
+    Conformal,
+    Fractions,
+    Links,
+    Staggered,
+    conformal_of,
+    fractions_of,
+    in_dataset,
+    links_of,
+    staggered_of,
+)
 from ._pictures import Axis, Picture, Place, look_of, max_bytes, slices
 from ._xarray import dataset
 
@@ -25,7 +35,7 @@ if TYPE_CHECKING:
     import xarray
 
 #: What a mesh may have beside its cells.
-MEASURED = ("links", "fractions", "staggered", "doubt")
+MEASURED = ("links", "fractions", "staggered", "conformal", "doubt")
 #: Bytes of the flags of a slab, unless the caller says.
 SLAB_BYTES = 32 << 20
 
@@ -153,6 +163,11 @@ class Mesh:
     def staggered(self) -> Staggered:
         """The flags at the points of a staggered grid, which the option ``staggered`` asks for. Seven bytes a cell."""
         return staggered_of(self._raw)
+
+    @cached_property
+    def conformal(self) -> Conformal:
+        """What of edges and faces lies outside metal, which the option ``conformal`` asks for. 48 bytes a cell."""
+        return conformal_of(self._raw)
 
     @cached_property
     def doubt(self) -> Mesh:

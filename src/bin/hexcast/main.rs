@@ -213,6 +213,9 @@ mod tests {
             ("fraction-edges", "fractions"),
             ("fraction-centroids", "fractions"),
             ("staggered", "staggered_output"),
+            ("metal", "conformal"),
+            ("stable", "conformal"),
+            ("conformal", "conformal_output"),
         ];
         let command = Cli::command();
         let mesh = command.find_subcommand("mesh").unwrap();

@@ -12,9 +12,9 @@ use super::shell_checks::Checked;
 use super::surfaces::Surfaces;
 use super::warnings;
 use crate::meshing::report::{
-    CertificateReport, DeviceCheck, DoubtReport, FillReport, FlagReport, FractionsReport, GeometryReport, LinksReport,
-    MeshFacts, OpenReport, PeakBytes, Seconds, ShellsReport, StaggeredReport, WindowReport, WindowSums, WithoutCells,
-    flag_reports, thick_flags,
+    CertificateReport, ConformalReport, DeviceCheck, DoubtReport, FillReport, FlagReport, FractionsReport,
+    GeometryReport, LinksReport, MeshFacts, OpenReport, PeakBytes, Seconds, ShellsReport, StaggeredReport,
+    WindowReport, WindowSums, WithoutCells, flag_reports, thick_flags,
 };
 use hexcast_core::base::error::Result;
 use hexcast_core::base::finding::{Finding, in_order_of_codes, sentences};
@@ -28,6 +28,7 @@ use hexcast_core::input::job::{AxisChoice, DEFAULT_CELLS, DEFAULT_GROWTH, DEFAUL
 use hexcast_core::set;
 use hexcast_core::stages::cast::Cast;
 use hexcast_derived::certificate::{Certificate, DEFAULT_THIN_CELLS};
+use hexcast_derived::cut_cells::conformal::Conformal;
 use hexcast_derived::gaps::{Gaps, NAME};
 use hexcast_derived::mesh::{Mesh, Named};
 use hexcast_derived::staggered::Staggered;
@@ -134,6 +135,7 @@ impl Stages<'_> {
             window.transpose()?.map(|of| WindowReport { sums, volume_bounds, runs, shells, without_cells, ..of });
         let (adapter, driver) = engine.adapter().map(|(name, driver)| (name.into(), driver.into())).unzip();
         let mask_mesh = |mask| Mesh::new(lines.clone(), mask, vec![Named::new(1, "doubtful")], prepared.unit.clone());
+        let of_conformal = |of: &Conformal| ConformalReport::new(of, whole, prepared.unit.as_deref());
         let facts = MeshFacts {
             version: env!("CARGO_PKG_VERSION"),
             backend: engine.backend(),
@@ -170,6 +172,8 @@ impl Stages<'_> {
             fractions: measured.fractions,
             staggered_report: measured.staggered.as_ref().map(StaggeredReport::new).transpose()?,
             staggered: measured.staggered,
+            conformal_report: measured.conformal.as_ref().map(of_conformal),
+            conformal: measured.conformal,
             doubtful: DoubtReport::new(&doubtful),
             doubt: doubtful.mask.map(mask_mesh).transpose()?,
             job: effective(job, prepared, n_solids, gaps.as_ref()),

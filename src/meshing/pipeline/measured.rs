@@ -10,6 +10,7 @@ use hexcast_core::base::error::Result;
 use hexcast_core::cells::columns::Columns;
 use hexcast_core::input::job::{FractionsMethod, Job};
 use hexcast_core::stages::inside::Kind;
+use hexcast_derived::cut_cells::conformal::Conformal;
 use hexcast_derived::cut_cells::{CutBy, exact_fractions};
 use hexcast_derived::fractions::{Fractions, fractions};
 use hexcast_derived::links::{Field, Links};
@@ -21,13 +22,14 @@ pub(super) struct Measured {
     pub(super) links: Option<Links>,
     pub(super) fractions: Option<Fractions>,
     pub(super) staggered: Option<Staggered>,
+    pub(super) conformal: Option<Conformal>,
 }
 
 impl Measured {
     /// Measures all that a job asks for, at facets from which nothing was taken: each is held with those before it.
     ///
     /// # Errors
-    /// Those of [`Uncut::links`], [`Uncut::fractions`] and [`Uncut::staggered`].
+    /// Those of [`Uncut::links`], [`Uncut::fractions`], [`Uncut::staggered`] and [`Uncut::conformal`].
     pub(super) async fn new(
         task: &Task<'_>,
         uncut: Option<&Uncut>,
@@ -41,7 +43,8 @@ impl Measured {
         let fractions = uncut.fractions(task.job, task.prepared, bytes_left, task.control).await?;
         bytes_left = bytes_left.saturating_sub(fractions.as_ref().map_or(0, Fractions::n_bytes));
         let staggered = uncut.staggered(task, (cut, meshed), bytes_left, backend).await?;
-        Ok(Measured { links, fractions, staggered })
+        let conformal = uncut.conformal(task, bytes_left, backend).await?;
+        Ok(Measured { links, fractions, staggered, conformal })
     }
 }
 

@@ -53,7 +53,7 @@ pub(super) fn check_copies(
     memory: &Memory,
 ) -> Result<()> {
     let n_all = frame.facets.len() as u64;
-    let is_measured = job.links.is_some() || job.fractions.is_some() || job.staggered;
+    let is_measured = job.is_measured();
     let mut bytes = if is_measured { SNAPPED_BYTES * n_all } else { 0 };
     let mut has_parts = false;
     for (position, &index) in frame.ranks.geometry_at.iter().enumerate() {

@@ -280,6 +280,15 @@ fn merge_measured(merged: &mut Value, parts: &[Part], whole: &Lines) -> Result<(
             merged["links"][key] = json!(sum(parts, |report| &report["links"][key]));
         }
     }
+    if !merged["conformal"].is_null() {
+        for key in ["cut_edges", "cut_faces", "enlarged_faces", "unbalanced_faces", "sampled_cells"] {
+            merged["conformal"][key] = json!(sum(parts, |report| &report["conformal"][key]));
+        }
+        for key in ["dt_factor", "dt"] {
+            let least = parts.iter().filter_map(|part| part.report["conformal"][key].as_f64()).reduce(f64::min);
+            merged["conformal"][key] = json!(least);
+        }
+    }
     if merged["fractions"].is_null() {
         return Ok(());
     }

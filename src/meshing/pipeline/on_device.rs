@@ -76,6 +76,7 @@ fn check(job: &Job) -> Result<()> {
         ("links", job.links.is_some()),
         ("fractions", job.fractions.is_some()),
         ("staggered", job.staggered),
+        ("conformal", job.conformal.is_some()),
     ];
     match asked.into_iter().find(|(_, is_asked)| *is_asked) {
         None => Ok(()),

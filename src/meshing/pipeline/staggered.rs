@@ -1,26 +1,59 @@
-//! Casts the points of a staggered grid: six boxes in the frame of the mesh, on its backend.
+//! What solvers of Maxwell's equations have fields on: the points of a staggered grid, cast as six boxes in the frame of the mesh, on its backend; and edges and faces outside metal.
 
 use super::backend::Backend;
 use super::cut::Cut;
 use super::meshed::Meshed;
-use super::prepare::Task;
-use super::surfaces::Uncut;
+use super::prepare::{Prepared, Task};
+use super::surfaces::{Uncut, is_flat};
 use crate::meshing::report::MAX_BOXES;
-use hexcast_core::base::error::Result;
+use hexcast_core::base::error::{Error, Result};
 use hexcast_core::cells::columns::Columns;
 use hexcast_core::grid::frame::Frame;
 use hexcast_core::grid::rays::Rays;
 use hexcast_core::input::geometry::{Fill, Geometry};
+use hexcast_core::input::job::ConformalJob;
 use hexcast_core::open_surfaces::doubt::Doubt;
 use hexcast_core::open_surfaces::overlay::split;
 use hexcast_core::stages::cast::Cast;
+use hexcast_core::stages::inside::Kind;
+use hexcast_derived::cut_cells::CutBy;
+use hexcast_derived::cut_cells::conformal::{Conformal, Metal, REACH, conformal};
 use hexcast_derived::staggered::{COMPONENTS, Conductors, Staggered, check_dims};
 
+/// The geometries of a job as they count where fields are: those with an inside, and sheets.
+pub(super) struct Bodies {
+    /// The facets of those with an inside, with codes (rank + 1) for flags, so that ranks are known where sheets meet insides.
+    pub(super) frame: Frame,
+    /// All geometries, of which nothing but the inside counts; sheets have no facets left.
+    insides: Vec<Geometry>,
+    /// The facets of sheets.
+    sheets: Frame,
+    flags: Vec<u8>,
+}
+
 impl Uncut {
+    pub(super) fn bodies(&self, prepared: &Prepared) -> Bodies {
+        let mut frame = self.frame.clone();
+        let flags = std::mem::take(&mut frame.ranks.flag_of_rank);
+        frame.ranks.flag_of_rank = (1..=flags.len() as u8).collect();
+        let geometry_at = |position: usize| &prepared.geometries[frame.ranks.geometry_at[position]];
+        // inverted, a plane holds all points
+        let is_flat = |position: usize| is_flat(&frame, position) && !geometry_at(position).invert;
+        let is_flat: Vec<bool> = (0..prepared.geometries.len()).map(is_flat).collect();
+        let sheets = frame.with_some(|position| geometry_at(position).fill != Fill::Centre || is_flat[position]);
+        let frame = frame.with_some(|position| !geometry_at(position).shell && !is_flat[position]);
+        let mut insides: Vec<Geometry> = prepared.geometries.to_vec();
+        for (position, &index) in frame.ranks.geometry_at.iter().enumerate() {
+            let is_gone = insides[index].shell || is_flat[position];
+            (insides[index].fill, insides[index].shell) = (Fill::Centre, is_gone);
+        }
+        Bodies { frame, insides, sheets, flags }
+    }
+
     /// The flags of the staggered grid of a job.
     ///
     /// # Errors
-    /// Those of [`check_dims`], [`split`] and [`crate::meshing::pipeline::Engine::columns`]; `memory` where columns would take more than there is.
+    /// Those of [`Uncut::staggered_near`]; `memory` where columns would take more than there is.
     pub(super) async fn staggered(
         &self,
         task: &Task<'_>,
@@ -32,46 +65,20 @@ impl Uncut {
         if !job.staggered {
             return Ok(None);
         }
-        check_dims(self.frame.dims)?;
-        let mut frame = self.frame.clone();
-        let flags = std::mem::take(&mut frame.ranks.flag_of_rank);
-        // codes, so that ranks are known where sheets meet insides
-        frame.ranks.flag_of_rank = (1..=flags.len() as u8).collect();
-        let geometry_at = |position: usize| &prepared.geometries[frame.ranks.geometry_at[position]];
-        // inverted, a plane holds all points
-        let is_flat = |position: usize| is_flat(&frame, position) && !geometry_at(position).invert;
-        let is_flat: Vec<bool> = (0..prepared.geometries.len()).map(is_flat).collect();
-        let sheets = frame.with_some(|position| geometry_at(position).fill != Fill::Centre || is_flat[position]);
-        let frame = frame.with_some(|position| !geometry_at(position).shell && !is_flat[position]);
-        // of these nothing but the inside counts; the others have no facets left
-        let mut insides: Vec<Geometry> = prepared.geometries.to_vec();
-        for (position, &index) in frame.ranks.geometry_at.iter().enumerate() {
-            let is_gone = insides[index].shell || is_flat[position];
-            (insides[index].fill, insides[index].shell) = (Fill::Centre, is_gone);
-        }
+        check_dims(self.frame.dims, "staggered")?;
         let (window, dims) = (prepared.cell_window(), self.frame.dims);
         // a face beside the window may have an edge in it
         let near = window.with_neighbours(dims);
-        // this frame, its copy, the two made of that, and one that is cast
-        let frames = 5 * 38 * self.frame.facets.len() as u64;
-        let (mut codes, mut n_bytes) = (Vec::with_capacity(COMPONENTS.len()), frames);
         let control = &backend.control.without_progress();
         let mut backend = backend.with_control(control);
-        for (_, is_moved) in COMPONENTS {
-            let around = (frame.clone().around_faces(is_moved), points_of(near, is_moved));
-            let left = max_bytes.saturating_sub(n_bytes);
-            let columns = self.points(around, (task, &insides), left, &mut backend).await?;
-            n_bytes += columns.n_bytes();
-            codes.push(columns);
-        }
-        let left = max_bytes.saturating_sub(n_bytes);
-        let mut staggered = Staggered::new(codes, &flags, (&sheets, near), (left, control))?;
+        let bodies = self.bodies(prepared);
+        let (mut staggered, left) = self.staggered_near(task, (&bodies, near), max_bytes, &mut backend).await?;
         if !job.conductors.is_empty() {
             let cells = match near == prepared.cast_cells() {
                 true => meshed.columns.clone(),
                 false => cut.whole(task).columns((near, prepared.rays.axis), left, &mut backend).await?,
             };
-            staggered = staggered.with_conductors(&Conductors::new(cells, &job.conductors, &flags));
+            staggered = staggered.with_conductors(&Conductors::new(cells, &job.conductors, &bodies.flags));
         }
         if near == [window.first, window.end] {
             return Ok(Some(staggered));
@@ -80,20 +87,90 @@ impl Uncut {
         staggered.within([window.first, window.end], near[0], (left, control)).map(Some)
     }
 
-    /// The codes at the points of a component.
+    /// The flags of a staggered grid of some cells of the box, and the bytes that are left.
+    ///
+    /// # Errors
+    /// Those of [`split`] and [`crate::meshing::pipeline::Engine::columns`].
+    async fn staggered_near(
+        &self,
+        task: &Task<'_>,
+        (bodies, near): (&Bodies, [[u32; 3]; 2]),
+        max_bytes: u64,
+        backend: &mut Backend<'_>,
+    ) -> Result<(Staggered, u64)> {
+        // this frame, its copy, the two made of that, and one that is cast
+        let frames = 5 * 38 * self.frame.facets.len() as u64;
+        let (mut codes, mut n_bytes) = (Vec::with_capacity(COMPONENTS.len()), frames);
+        for (_, is_moved) in COMPONENTS {
+            let left = max_bytes.saturating_sub(n_bytes);
+            let columns = self.points(task, (bodies, near, is_moved), left, backend).await?;
+            n_bytes += columns.n_bytes();
+            codes.push(columns);
+        }
+        let left = max_bytes.saturating_sub(n_bytes);
+        let staggered = Staggered::new(codes, &bodies.flags, (&bodies.sheets, near), (left, backend.control))?;
+        Ok((staggered, left))
+    }
+
+    /// Edges and faces outside metal.
+    ///
+    /// # Errors
+    /// `no-metal`, `job-value` where the flags that are metal are none of the job's; those of [`Uncut::staggered_near`] and [`conformal`].
+    pub(super) async fn conformal(
+        &self,
+        task: &Task<'_>,
+        max_bytes: u64,
+        backend: &mut Backend<'_>,
+    ) -> Result<Option<Conformal>> {
+        let &Task { job, prepared, .. } = task;
+        let Some(asked) = &job.conformal else { return Ok(None) };
+        check_dims(self.frame.dims, "conformal")?;
+        let is_metal = metal(asked, prepared)?;
+        let (window, dims) = (prepared.cell_window(), self.frame.dims);
+        let near = window.with_near(REACH, dims);
+        let control = &backend.control.without_progress();
+        let mut backend = backend.with_control(control);
+        let mut bodies = self.bodies(prepared);
+        let (mut sheets, mut left) = (Vec::new(), max_bytes);
+        if !bodies.sheets.facets.is_empty() {
+            sheets = self.staggered_near(task, (&bodies, near), left, &mut backend).await?.0.sheets;
+            left = left.saturating_sub(size_of_val(&sheets[..]) as u64);
+        }
+        // this frame, the two made of it, one that is cast, or that in a mirror and the facets by planes
+        left = left.saturating_sub(5 * 38 * self.frame.facets.len() as u64);
+        let codes = self.points(task, (&bodies, near, [false; 3]), left, &mut backend).await?;
+        left = left.saturating_sub(codes.n_bytes());
+        bodies.frame.ranks.flag_of_rank = bodies.flags;
+        let mut kinds = vec![Kind::Cast; bodies.frame.ranks.flag_of_rank.len()];
+        for (position, &index) in bodies.frame.ranks.geometry_at.iter().enumerate() {
+            let rank = usize::from(bodies.frame.ranks.rank_at[position]);
+            if prepared.geometries[index].invert {
+                kinds[rank] = Kind::Inverted;
+            }
+        }
+        let is_oriented: Vec<bool> = self.closed.iter().map(|closed| closed.nonzero).collect();
+        let (frame, lines) = (&bodies.frame, &prepared.whole);
+        let by = CutBy { frame, lines, rule: job.rule, kinds: &kinds, is_oriented: &is_oriented };
+        let metal = Metal { is_metal: &is_metal, sheets: &sheets, stable: asked.stable };
+        conformal(by, ([window.first, window.end], near), metal, codes, (left, control)).await.map(Some)
+    }
+
+    /// The codes at the points of a component in some cells: at their centres, or along some axes on their lines.
     async fn points(
         &self,
-        (mut frame, cells): (Frame, [[u32; 3]; 2]),
-        (task, insides): (&Task<'_>, &[Geometry]),
+        task: &Task<'_>,
+        (bodies, near, is_moved): (&Bodies, [[u32; 3]; 2], [bool; 3]),
         max_bytes: u64,
         backend: &mut Backend<'_>,
     ) -> Result<Columns> {
         let &Task { job, prepared, .. } = task;
+        let (mut frame, cells) = (bodies.frame.clone().around_faces(is_moved), points_of(near, is_moved));
         let codes = frame.ranks.flag_of_rank.clone();
         let is_for_window = prepared.window.is_some();
         let mut parts;
         (frame, parts) =
-            split(frame, &self.closed, (job.rule, is_for_window), (&prepared.whole, insides), backend.control).await?;
+            split(frame, &self.closed, (job.rule, is_for_window), (&prepared.whole, &bodies.insides), backend.control)
+                .await?;
         if is_for_window {
             parts = parts.iter().map(|part| part.window(cells, &frame)).collect();
             frame = frame.window(cells);
@@ -110,9 +187,28 @@ fn points_of([first, end]: [[u32; 3]; 2], is_moved: [bool; 3]) -> [[u32; 3]; 2] 
     [first, [0, 1, 2].map(|axis| end[axis] + u32::from(is_moved[axis]))]
 }
 
-/// Whether all facets at a position lie in one plane across an axis.
-fn is_flat(frame: &Frame, position: usize) -> bool {
-    let corners = frame.facets_at(position).as_flattened();
-    let first = corners.first();
-    first.is_some_and(|first| (0..3).any(|axis| corners.iter().all(|corner| corner[axis] == first[axis])))
+/// Which flags are metal.
+///
+/// # Errors
+/// `no-metal` where none is; `job-value` where one is none of the job's.
+fn metal(asked: &ConformalJob, prepared: &Prepared) -> Result<[bool; 256]> {
+    let conducts = prepared.names.iter().filter(|named| named.material.pec).map(|named| named.flag);
+    let marked = prepared.geometries.iter().filter(|geometry| geometry.sizing.metal).map(|geometry| geometry.flag);
+    let named: Vec<u8> = match asked.metal.is_empty() {
+        true => conducts.chain(marked).collect(),
+        false => asked.metal.clone(),
+    };
+    if named.is_empty() {
+        let hint =
+            "name the flags of metal, as in conformal.metal = [1] (--metal 1), or mark geometries (FILE:pec=true)";
+        return Err(Error::new("no-metal", "conformal is asked for, and no flag is metal", hint));
+    }
+    let is_known = |flag: &u8| *flag == 0 || prepared.geometries.iter().any(|geometry| geometry.flag == *flag);
+    if let Some(unknown) = named.iter().find(|flag| !is_known(flag)) {
+        let message = format!("no geometry has flag {unknown}, which conformal.metal (--metal) names");
+        return Err(Error::new("job-value", message, "name flags of geometries, or 0 for the background"));
+    }
+    let mut is_metal = [false; 256];
+    named.iter().for_each(|flag| is_metal[usize::from(*flag)] = true);
+    Ok(is_metal)
 }

@@ -83,7 +83,7 @@ pub(super) async fn snapped(task: &Task<'_>) -> Result<Snapped> {
     let &Task { job, options, prepared, memory, control, .. } = task;
     let Prepared { geometries, whole, .. } = prepared;
     let n_facets: usize = geometries.iter().map(|geometry| geometry.facets.len()).sum();
-    let is_measured = options.walls || job.certify || job.links.is_some() || job.fractions.is_some() || job.staggered;
+    let is_measured = options.walls || job.certify || job.is_measured();
     let is_plain = !is_measured && geometries.iter().all(Geometry::is_plain);
     let are_many = n_facets >= MANY_FACETS || geometries.iter().any(|geometry| geometry.facets.stay_in_file());
     if are_many && prepared.window.is_none() && is_plain {
@@ -113,7 +113,7 @@ impl Uncut {
     /// # Errors
     /// `surface-open`, `job-conflict` where the fractions of cells are asked for, and a geometry has cells that rays do not decide.
     pub(super) fn new(job: &Job, frame: &Frame, closed: &[Closed], geometries: &[Geometry]) -> Result<Option<Uncut>> {
-        if job.links.is_none() && job.fractions.is_none() && !job.staggered {
+        if !job.is_measured() {
             return Ok(None);
         }
         // those that share a rank are all cast
@@ -125,6 +125,12 @@ impl Uncut {
                 if job.fractions.is_some() {
                     return Err(no_volume(geometry, is_closed));
                 }
+                if job.conformal.is_some() && !is_closed && !geometry.shell && !is_flat(frame, position) {
+                    let message =
+                        format!("geometry \"{}\" is not closed: it has no inside that could be metal", geometry.name);
+                    let hint = "close it, make it a sheet without an inside (FILE:shell=true), or leave out conformal";
+                    return Err(Error::new("surface-open", message, hint));
+                }
                 *kind = Kind::Apart;
             } else if geometry.invert {
                 *kind = Kind::Inverted;
@@ -132,6 +138,13 @@ impl Uncut {
         }
         Ok(Some(Uncut { frame: frame.clone(), closed: closed.to_vec(), kinds }))
     }
+}
+
+/// Whether all facets at a position lie in one plane across an axis.
+pub(super) fn is_flat(frame: &Frame, position: usize) -> bool {
+    let corners = frame.facets_at(position).as_flattened();
+    let first = corners.first();
+    first.is_some_and(|first| (0..3).any(|axis| corners.iter().all(|corner| corner[axis] == first[axis])))
 }
 
 /// The error of a geometry whose cells are not those of a volume.

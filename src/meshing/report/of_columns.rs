@@ -7,7 +7,7 @@ use hexcast_core::grid::lines::Grading;
 use hexcast_derived::mesh::Mesh;
 
 /// Keys of a report that only the meshing fills in.
-const OF_MESHING: [&str; 19] = [
+const OF_MESHING: [&str; 20] = [
     "backend",
     "adapter",
     "driver",
@@ -21,6 +21,7 @@ const OF_MESHING: [&str; 19] = [
     "links",
     "fractions",
     "staggered",
+    "conformal",
     "certificate",
     "doubtful",
     "flags_hash",

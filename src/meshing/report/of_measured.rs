@@ -3,8 +3,11 @@
 use serde::{Deserialize, Serialize};
 
 use hexcast_core::base::error::Result;
+use hexcast_core::base::length::Length;
 use hexcast_core::base::parallel::*;
+use hexcast_core::grid::lines::Lines;
 use hexcast_core::input::job::Stencil;
+use hexcast_derived::cut_cells::conformal::{Conformal, Counts};
 use hexcast_derived::fractions::Fractions;
 use hexcast_derived::links::{Link, Links};
 use hexcast_derived::staggered::{COMPONENTS, Points, SheetFace, Staggered};
@@ -167,5 +170,42 @@ impl StaggeredReport {
         };
         let n_left = staggered.sheets.iter().filter(is_left).count();
         Ok(StaggeredReport { components, sheet_faces: (staggered.sheets.len() - n_left) as u64 })
+    }
+}
+
+/// Edges and faces outside metal, counted.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub struct ConformalReport {
+    /// Edges of which a part lies in metal. Those on the last line of a window or part are counted by the one behind it.
+    pub cut_edges: u64,
+    /// Faces of which a part lies in metal.
+    pub cut_faces: u64,
+    /// Faces that are larger than what lies outside metal, so that the step stays long.
+    pub enlarged_faces: u64,
+    /// Those of which the faces beside them did not have all that they lacked.
+    pub unbalanced_faces: u64,
+    /// Cells whose faces rays measure, as a surface passes through itself there.
+    pub sampled_cells: u64,
+    /// The longest stable step, as a part of `dx / (c sqrt(3))` or what that is for the smallest cells.
+    pub dt_factor: f64,
+    /// This step in seconds, in vacuum; null where no unit of length is known.
+    pub dt: Option<f64>,
+}
+
+/// Metres a second.
+const SPEED_OF_LIGHT: f64 = 299_792_458.0;
+
+impl ConformalReport {
+    /// Counts edges and faces; `unit` is that of the lines.
+    pub fn new(conformal: &Conformal, lines: &Lines, unit: Option<&str>) -> ConformalReport {
+        let Counts { cut_edges, cut_faces, enlarged_faces, unbalanced_faces, sampled_cells, .. } = conformal.counts;
+        let dt_factor = conformal.dt_factor;
+        let dt = unit.and_then(Length::of_name).map(|unit| {
+            let of_axes = lines.smallest().iter().map(|&size| unit.metres(size).powi(-2)).sum::<f64>();
+            dt_factor / (SPEED_OF_LIGHT * of_axes.sqrt())
+        });
+        ConformalReport { cut_edges, cut_faces, enlarged_faces, unbalanced_faces, sampled_cells, dt_factor, dt }
     }
 }

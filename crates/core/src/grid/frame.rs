@@ -181,6 +181,19 @@ impl Frame {
         self
     }
 
+    /// The box and all facets seen in a mirror across each of some axes: cells are counted from the other end. Two mirrors are a turn, which leaves facets facing out.
+    pub fn mirrored(mut self, axes: [bool; 3]) -> Frame {
+        for axis in (0..3).filter(|&axis| axes[axis]) {
+            // the first centre is at 0, and where that was is the last
+            let last = self.centre(axis, self.dims[axis] - 1);
+            self.facets.iter_mut().flatten().for_each(|corner| corner[axis] = last - corner[axis]);
+            if let Some(places) = self.centres.as_mut() {
+                Arc::make_mut(places).mirror(axis, last);
+            }
+        }
+        self
+    }
+
     fn move_along(&mut self, axis: usize, by: i32) {
         self.facets.iter_mut().flatten().for_each(|corner| corner[axis] += by);
     }
@@ -330,6 +343,24 @@ mod tests {
         let frame = Frame::new(&[corner([1.0, 0.0, 0.5])], &lines).unwrap();
         let half = 1 << (frame.fraction_bits - 1);
         assert_eq!(frame.facets[0][0], [19 * half, -half, 9 * half]);
+    }
+
+    #[test]
+    fn a_mirror_turns_the_cells_and_their_faces_around() {
+        let lists = [vec![0.0, 1.0, 3.0, 3.5], vec![0.0, 1.0, 2.0], vec![0.0, 1.0, 2.0]];
+        let graded = Lines::from_lists(lists).unwrap();
+        let equal = Lines::new([0.0; 3], [1.0; 3], [3, 2, 2]).unwrap();
+        for lines in [graded, equal] {
+            let frame = Frame::new(&[corner([3.0, 0.5, 0.5])], &lines).unwrap();
+            let there = frame.clone().mirrored([true, false, true]);
+            for (line, place) in (0..=3).map(|line| (line, frame.face(0, 3 - line))) {
+                assert_eq!(there.face(0, line), frame.centre(0, 2) - place, "line {line}");
+            }
+            assert_eq!(there.centre(0, 0), 0);
+            assert_eq!(there.facets[0][0][0], frame.centre(0, 2) - frame.facets[0][0][0]);
+            assert_eq!(there.facets[0][0][1], frame.facets[0][0][1]);
+            assert_eq!(there.mirrored([true, false, true]), frame);
+        }
     }
 
     #[test]

@@ -51,7 +51,12 @@ impl CellWindow {
 
     /// These cells and their neighbours in a box: the first, and the end, exclusive.
     pub fn with_neighbours(&self, dims: [u32; 3]) -> [[u32; 3]; 2] {
-        let end = [0, 1, 2].map(|axis| (self.end[axis] + 1).min(dims[axis]));
-        [self.first.map(|cell| cell.saturating_sub(1)), end]
+        self.with_near(1, dims)
+    }
+
+    /// These cells and so many more on both sides of each axis, as far as the box goes: the first, and the end, exclusive.
+    pub fn with_near(&self, n: u32, dims: [u32; 3]) -> [[u32; 3]; 2] {
+        let end = [0, 1, 2].map(|axis| (self.end[axis] + n).min(dims[axis]));
+        [self.first.map(|cell| cell.saturating_sub(n)), end]
     }
 }

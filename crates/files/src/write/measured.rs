@@ -1,6 +1,7 @@
 //! What is measured beside cells, and the fractions of their flags, as arrays.
 
 #[doc(hidden)]
+pub mod conformal;
 pub mod fractions;
 #[doc(hidden)]
 pub mod links;

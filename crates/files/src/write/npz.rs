@@ -22,12 +22,22 @@ pub(super) fn lines(mesh: &Mesh) -> [Array<'_>; 3] {
 /// Flags of a box of so many cells, some of them at a time.
 pub(super) fn flags<'a>(
     name: &'static str,
-    [nx, ny, nz]: [u32; 3],
+    dims: [u32; 3],
     cells_at_once: usize,
     flags: impl Fn(&CellBox) -> Result<Vec<u8>> + 'a,
 ) -> Array<'a> {
+    boxes((name, "|u1"), dims, cells_at_once, flags)
+}
+
+/// Numbers of a type for a box of so many cells, some of them at a time, by their bytes.
+pub(super) fn boxes<'a>(
+    named: (&'static str, &'static str),
+    [nx, ny, nz]: [u32; 3],
+    cells_at_once: usize,
+    bytes: impl Fn(&CellBox) -> Result<Vec<u8>> + 'a,
+) -> Array<'a> {
     let slabs: Vec<CellBox> = slabs_of_box(&[0..nx, 0..ny, 0..nz], cells_at_once).collect();
-    Array::new((name, "|u1"), &[nz, ny, nx].map(u64::from), slabs.len(), move |index| flags(&slabs[index]))
+    Array::new(named, &[nz, ny, nx].map(u64::from), slabs.len(), move |index| bytes(&slabs[index]))
 }
 
 /// Writes the archive.

@@ -57,7 +57,7 @@ pub use geometry_job::{BackgroundJob, GeometryJob};
 #[cfg(not(target_arch = "wasm32"))]
 pub use job_file::{JobFile, Level, Names, RunJob};
 pub use lines_job::{DEFAULT_GROWTH, GradedJob, LinesJob};
-pub use measured_job::{FractionsJob, FractionsMethod, LinksJob, Stencil};
+pub use measured_job::{ConformalJob, FractionsJob, FractionsMethod, LinksJob, Stencil};
 pub use numbers::PerAxis;
 #[cfg(not(target_arch = "wasm32"))]
 pub use one_or_many::Several;
@@ -311,6 +311,10 @@ pub struct Job {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     #[cfg_attr(feature = "cli", arg(skip))]
     pub conductors: Vec<u8>,
+    /// Measures the fractions of edges and faces that lie outside metal.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "cli", arg(skip))]
+    pub conformal: Option<ConformalJob>,
     /// What meshes: the GPU or the CPU; the cells do not depend on it.
     #[cfg_attr(feature = "cli", arg(long, value_enum, value_name = "BACKEND", default_value_t, help_heading = METHOD))]
     pub backend: BackendChoice,
@@ -382,6 +386,12 @@ impl Job {
     #[doc(hidden)]
     pub fn periodic_axes(&self) -> [bool; 3] {
         [Axis::X, Axis::Y, Axis::Z].map(|axis| self.periodic.contains(&axis))
+    }
+
+    /// Whether something is asked for that is measured at the surfaces.
+    #[doc(hidden)]
+    pub fn is_measured(&self) -> bool {
+        self.links.is_some() || self.fractions.is_some() || self.staggered || self.conformal.is_some()
     }
 
     /// Writes the job as JSON; reading it back gives the same job.

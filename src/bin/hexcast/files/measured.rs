@@ -1,4 +1,4 @@
-//! Outputs of what is measured at surfaces: links, and fractions of cells; and staggered grids.
+//! Outputs of what is measured at surfaces: links, and fractions of cells; staggered grids; and edges and faces outside metal.
 
 use std::path::{Path, PathBuf};
 
@@ -6,7 +6,7 @@ use hexcast::export::write_links_hdf5;
 use hexcast::job::{Axis, FractionsMethod, Job, RunJob, Stencil, ZarrJob};
 use hexcast::report::MeshFacts;
 use hexcast::write::{
-    Compress, Format, LinksFormat, Options, write_fractions, write_links, write_solid, write_staggered,
+    Compress, Format, LinksFormat, Options, write_conformal, write_fractions, write_links, write_solid, write_staggered,
 };
 use hexcast::{Error, Result};
 
@@ -70,6 +70,15 @@ pub(crate) struct MeasuredArguments {
     /// metal half a cell too thin
     #[arg(long, value_name = "FLAGS", requires = "staggered", value_delimiter = ',', value_parser = number::<u8>)]
     conductors: Option<Vec<u8>>,
+    /// Write the fractions of edges and faces outside metal to a file, .npz, for conformal solvers of Maxwell's equations
+    #[arg(long, value_name = "FILE")]
+    conformal: Option<PathBuf>,
+    /// Flags that are metal for --conformal, 0 for the background [default: those of geometries with pec=true or metal=true]
+    #[arg(long, value_name = "FLAGS", requires = "conformal", value_delimiter = ',', value_parser = number::<u8>)]
+    metal: Option<Vec<u8>>,
+    /// Least area of a face for --conformal, as a part of the fraction of its longest edge; 0 leaves areas as they are [default: 0.125]
+    #[arg(long, value_name = "PART", requires = "conformal", value_parser = number::<f64>)]
+    stable: Option<f64>,
 }
 
 /// A file of what is measured.
@@ -89,6 +98,7 @@ enum What {
     /// One number for every cell.
     Solid(Format),
     Staggered,
+    Conformal,
 }
 
 /// The format of a file of links, by its name; None is HDF5.
@@ -121,6 +131,7 @@ impl MeasuredArguments {
         run.links_output = self.links.as_deref().map(as_text).transpose()?;
         run.fractions_output = self.fractions.as_deref().map(as_text).transpose()?;
         run.staggered_output = self.staggered.as_deref().map(as_text).transpose()?;
+        run.conformal_output = self.conformal.as_deref().map(as_text).transpose()?;
         Ok(())
     }
 
@@ -151,6 +162,11 @@ impl MeasuredArguments {
         }
         job.staggered |= self.staggered.is_some();
         job.conductors = self.conductors.clone().unwrap_or_else(|| std::mem::take(&mut job.conductors));
+        if self.conformal.is_some() {
+            let conformal = job.conformal.get_or_insert_default();
+            conformal.metal = self.metal.clone().unwrap_or_else(|| std::mem::take(&mut conformal.metal));
+            conformal.stable = self.stable.unwrap_or(conformal.stable);
+        }
         let is_dense = |path: &PathBuf| fractions_format(path).is_ok_and(|format| format != Format::Npz);
         if job.halo.is_some_and(|halo| halo > 0) && self.fractions.as_ref().is_some_and(is_dense) {
             let message =
@@ -164,7 +180,8 @@ impl MeasuredArguments {
     pub(crate) fn has_archive(&self) -> bool {
         let of_links = self.links.as_deref().map(links_format);
         let has_fractions = self.fractions.as_deref().is_some_and(|path| fractions_format(path) != Ok(Format::Npy));
-        self.staggered.is_some() || has_fractions || matches!(of_links, Some(Ok(None | Some(LinksFormat::Npz))))
+        let is_npz = self.staggered.is_some() || self.conformal.is_some();
+        is_npz || has_fractions || matches!(of_links, Some(Ok(None | Some(LinksFormat::Npz))))
     }
 
     /// Opens the files.
@@ -182,12 +199,15 @@ impl MeasuredArguments {
                 format => all.push(file(path, What::Solid(format))?),
             }
         }
-        if let Some(path) = &self.staggered {
+        let staggered = (&self.staggered, What::Staggered, "a staggered grid is");
+        let conformal = (&self.conformal, What::Conformal, "edges and faces outside metal are");
+        for (path, what, named) in [staggered, conformal] {
+            let Some(path) = path else { continue };
             if !path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("npz")) {
-                let message = format!("{}: a staggered grid is written as .npz", path.display());
+                let message = format!("{}: {named} written as .npz", path.display());
                 return Err(Error::new("job-value", message, "use .npz"));
             }
-            all.push(file(path, What::Staggered)?);
+            all.push(file(path, what)?);
         }
         Ok(all)
     }
@@ -201,8 +221,8 @@ impl Output for MeasuredFile {
 
     fn write(&mut self, meshed: &Meshed, written: &mut Written) -> Result<()> {
         let (mesh, compress, file) = (meshed.mesh, self.options.compress, &self.file);
-        let Some(MeshFacts { links, fractions, staggered, .. }) = meshed.facts else { return Ok(()) };
-        let n_bytes = match (self.what, links, fractions, staggered) {
+        let Some(MeshFacts { links, fractions, staggered, conformal, .. }) = meshed.facts else { return Ok(()) };
+        let n_bytes = match (self.what, links, fractions, (staggered, conformal)) {
             (What::Links(None), Some(links), ..) => {
                 let place = file.temporary.path();
                 let size = || std::fs::metadata(place).map_err(|error| Error::io("reading its size", error));
@@ -218,8 +238,11 @@ impl Output for MeasuredFile {
                 let options = self.options.with_compress(compress);
                 file.fill(|out| write_solid(mesh, fractions, (format, &options), out, meshed.control))?
             }
-            (What::Staggered, .., Some(staggered)) => {
+            (What::Staggered, .., (Some(staggered), _)) => {
                 file.fill(|out| write_staggered(staggered, mesh, compress, out))?
+            }
+            (What::Conformal, .., (_, Some(conformal))) => {
+                file.fill(|out| write_conformal(conformal, mesh, compress, out))?
             }
             _ => return Ok(()),
         };

@@ -247,6 +247,16 @@ fn measured(table: &mut Table, mesh: &MeshFacts) {
         let (flagged, faces) = (flagged.collect::<Vec<String>>().join(", "), HumanCount(staggered.sheet_faces));
         table.line("staggered", format!("points with a flag: {flagged}; {faces} faces of sheets"));
     }
+    if let Some(of) = &mesh.conformal_report {
+        let [edges, faces, enlarged, sampled] =
+            [of.cut_edges, of.cut_faces, of.enlarged_faces, of.sampled_cells].map(HumanCount);
+        let dt = of.dt.map_or(String::new(), |dt| format!(", {dt:.4e} s in vacuum"));
+        table.line("conformal", format!("{edges} edges and {faces} faces cut by metal, {enlarged} enlarged"));
+        table.line("step", format!("at most {:.3} of that without metal{dt}", of.dt_factor));
+        if of.sampled_cells > 0 {
+            table.line("conformal", format!("{sampled} cells by rays, as a surface passes through itself there"));
+        }
+    }
 }
 
 fn gaps(table: &mut Table, mesh: &MeshFacts) {

@@ -60,6 +60,14 @@ impl Places {
         std::mem::swap(centres, faces);
     }
 
+    /// Counts the cells of an axis from the other end, whose centre is at `last`.
+    pub(super) fn mirror(&mut self, axis: usize, last: i32) {
+        for places in [&mut self.centres[axis], &mut self.faces[axis]] {
+            places.reverse();
+            places.iter_mut().for_each(|place| *place = last - *place);
+        }
+    }
+
     /// Adds the mirror images of the first and the last centre along an axis, in the faces at its ends; and faces beyond them.
     pub(super) fn mirror_ends(&mut self, axis: usize) {
         let (centres, faces) = (&mut self.centres[axis], &mut self.faces[axis]);

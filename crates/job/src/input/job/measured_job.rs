@@ -1,4 +1,4 @@
-//! What a job asks for beside the cells: links from cells to surfaces, and fractions of flags in cells.
+//! What a job asks for beside the cells: links from cells to surfaces, fractions of flags in cells, and edges and faces outside metal.
 
 use serde::{Deserialize, Serialize};
 
@@ -115,5 +115,28 @@ impl Default for FractionsJob {
     fn default() -> FractionsJob {
         let method = FractionsMethod::default();
         FractionsJob { method, rays: DEFAULT_RAYS, faces: false, surfaces: false, edges: false, centroids: false }
+    }
+}
+
+/// The least area of a face by default, as a part of the fraction of its longest edge.
+const DEFAULT_STABLE: f64 = 0.125;
+
+/// Asks for the fractions of edges and faces that lie outside metal, for conformal solvers of Maxwell's equations.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(any(test, feature = "testing"), derive(schemars::JsonSchema))]
+#[serde(default, deny_unknown_fields)]
+#[non_exhaustive]
+pub struct ConformalJob {
+    /// Flags that are metal, 0 for the background; by default those of perfect conductors (`pec = true`) and of geometries with `metal = true`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub metal: Vec<u8>,
+    /// The least area of a face outside metal, as a part of the fraction of its longest edge, 0 to 1; by default 1/8. Faces beside it give what it lacks. The
+    /// larger, the longer the stable step; 0 leaves areas as they are.
+    pub stable: f64,
+}
+
+impl Default for ConformalJob {
+    fn default() -> ConformalJob {
+        ConformalJob { metal: Vec::new(), stable: DEFAULT_STABLE }
     }
 }

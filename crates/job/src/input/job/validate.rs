@@ -116,17 +116,21 @@ impl Job {
             let hint = "1 to 255: an inverted geometry with a flag of its own can be metal around all others";
             return Err(out_of_range("conductors", 0, hint));
         }
-        if self.staggered && self.close_gaps.is_some() {
-            let message = "staggered is given with close_gaps: the points follow the surfaces, whose gaps stay open";
-            return Err(Error::new("job-conflict", message, "keep one of them"));
+        for (name, is_asked) in [("staggered", self.staggered), ("conformal", self.conformal.is_some())] {
+            if is_asked && self.close_gaps.is_some() {
+                let message = format!("{name} is given with close_gaps: it follows the surfaces, whose gaps stay open");
+                return Err(Error::new("job-conflict", message, "keep one of them"));
+            }
+            if is_asked && self.halo.is_some_and(|halo| halo > 0) {
+                let message = format!("{name} is given with a halo: only what is in the window or part can be written");
+                let hint = "leave out halo: neighbouring windows share the points between them";
+                return Err(Error::new("job-conflict", message, hint));
+            }
         }
-        if self.staggered && self.halo.is_some_and(|halo| halo > 0) {
-            let message = "staggered is given with a halo: only points of the window or part can be written";
-            return Err(Error::new(
-                "job-conflict",
-                message,
-                "leave out halo: neighbouring windows share the points between them",
-            ));
+        let stable = self.conformal.as_ref().map_or(0.0, |conformal| conformal.stable);
+        if !(0.0..=1.0).contains(&stable) {
+            let hint = "0 to 1: the least area of a face, as a part of the fraction of its longest edge";
+            return Err(out_of_range("conformal.stable", stable, hint));
         }
         let Some(fractions) = self.fractions else { return Ok(()) };
         if !matches!(fractions.rays, 1 | 2 | 4 | 8 | 16) {
