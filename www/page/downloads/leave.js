@@ -1,6 +1,6 @@
 /** "For which program?": asks for what the file of a program lacks, writes it, and shows what is typed next. */
 import { formats } from 'hexcast';
-import { buttonOf, byId, make, selectOf } from '../elements/dom.js';
+import { buttonOf, byId, inputOf, make, selectOf } from '../elements/dom.js';
 import { download, nameOf } from './downloads.js';
 import { fileOf } from './file_list.js';
 import { Materials } from './materials.js';
@@ -59,6 +59,7 @@ function show() {
   if (!chosen) return;
   const { program, file } = chosen;
   const missing = ask(program, file, mesh);
+  if (!inputOf('export-flags').validity.valid) missing.push('flags of the mesh, in the options below');
   // what was answered gets to the mesh without a click
   const job = currentJob();
   const isComing = missing.length === 0 && !isShown(job) && comesByItself(job);
