@@ -9,7 +9,7 @@ import { expect } from '@playwright/test';
 
 import { runCopied, writeSample } from './native.mjs';
 import { OPEN_BOX, boxBetween } from './open_box.mjs';
-import { hasGeometries, run, saved, test } from './visit.mjs';
+import { cellsAreDrawn, COPPER, EPOXY, hasGeometries, run, saved, test } from './visit.mjs';
 
 /** A board of twelve parts, one of them open, in millimetres. */
 const BOARD = {
@@ -182,4 +182,53 @@ test('the list of formats is searched by name, ending and program, and gone thro
   await page.selectOption('#unit', 'mm');
   await expect(page.locator('#result-size')).toContainText('mm');
   assert.deepEqual((await found()).includes('download-vti'), false);
+});
+
+/** Width and height of a saved picture, and whether the strip below the first rows has a pixel of a colour. */
+async function strip(page, colours) {
+  const { bytes } = await saved(page, '#save-3d');
+  return page.evaluate(
+    async ([base64, colours]) => {
+      const blob = new Blob([Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0))]);
+      const { width, height } = await createImageBitmap(blob);
+      const { clientWidth, clientHeight } = document.querySelector('#canvas-3d');
+      const context = new OffscreenCanvas(width, height).getContext('2d');
+      context.drawImage(await createImageBitmap(blob), 0, 0);
+      const top = Math.round((width * clientHeight) / clientWidth);
+      const pixels = height > top ? context.getImageData(0, top, width, height - top).data : [];
+      const seen = new Set();
+      for (let at = 0; at < pixels.length; at += 4) seen.add(String(pixels.slice(at, at + 3)));
+      return {
+        size: [width / clientWidth, top / clientHeight],
+        strip: height - top,
+        seen: colours.map((colour) =>
+          seen.has(String([1, 3, 5].map((from) => Number.parseInt(colour.slice(from, from + 2), 16)))),
+        ),
+      };
+    },
+    [bytes.toString('base64'), colours],
+  );
+}
+
+test('the picture is saved at twice the size, with a legend of the flags that are seen', async ({ visit }) => {
+  const page = await visit('#cells=20&sample=cubes&backend=cpu&unit=mm');
+  await hasGeometries(page, 2);
+  const models = await strip(page, []);
+  assert.deepEqual([models.size, models.strip], [[2, 2], 0], 'models have none');
+  await run(page);
+  await cellsAreDrawn(page);
+  const both = await strip(page, [COPPER, EPOXY]);
+  assert.deepEqual(
+    [both.size, both.seen],
+    [
+      [2, 2],
+      [true, true],
+    ],
+  );
+  assert.ok(both.strip > 80, `${both.strip} rows`);
+  await page.getByRole('checkbox', { name: 'Show flag 2, epoxy' }).uncheck();
+  assert.deepEqual((await strip(page, [COPPER, EPOXY])).seen, [true, false]);
+  // the view has its own size again
+  await page.waitForSelector('#canvas-3d[data-at-rest=true]');
+  assert.ok(await page.$eval('#canvas-3d', ({ width, clientWidth }) => width === Math.round(clientWidth * devicePixelRatio)));
 });
