@@ -6,6 +6,8 @@ import { colourOf, state } from '../state/state.js';
 
 /** Pixels: the file has two of each pixel of the screen. */
 const [LETTERS, LINE, MARGIN] = [26, 40, 24];
+/** A file is looked at on paper, whatever colours the page has. */
+const [PAPER, INK] = ['#ffffff', '#17202a'];
 
 /**
  * Adds the strip; of models without a mesh there is none.
@@ -19,8 +21,7 @@ export async function withLegend(picture, mesh) {
   const bitmap = await createImageBitmap(picture);
   const canvas = new OffscreenCanvas(bitmap.width, bitmap.height);
   const context = /** @type {OffscreenCanvasRenderingContext2D} */ (canvas.getContext('2d'));
-  const style = getComputedStyle(document.documentElement);
-  const font = `${LETTERS}px ${style.fontFamily}`;
+  const font = `${LETTERS}px ${getComputedStyle(document.documentElement).fontFamily}`;
   context.font = font;
   const seen = mesh.report.flags.filter(({ flag, cells }) => cells > 0 && !state.hidden.has(flag));
   const entries = seen.map(({ flag, name, cells }) => ({ flag, text: `${flag} ${name}: ${count(cells)} cells` }));
@@ -31,17 +32,16 @@ export async function withLegend(picture, mesh) {
   canvas.height = top + 2 * MARGIN + LINE * (1 + Math.ceil(entries.length / n_columns));
   context.drawImage(bitmap, 0, 0);
   // a canvas of another size has forgotten them
-  Object.assign(context, { font, textBaseline: 'middle', fillStyle: style.getPropertyValue('--panel') });
+  Object.assign(context, { font, textBaseline: 'middle', fillStyle: PAPER });
   context.fillRect(0, top, canvas.width, canvas.height - top);
-  const ink = style.getPropertyValue('--ink');
   for (const [at, { flag, text }] of entries.entries()) {
     const [x, y] = [MARGIN + (at % n_columns) * widest, top + MARGIN + LINE * (Math.floor(at / n_columns) + 0.5)];
     context.fillStyle = colourOf(flag);
     context.fillRect(x, y - LETTERS / 2, LETTERS, LETTERS);
-    context.fillStyle = ink;
+    context.fillStyle = INK;
     context.fillText(text, x + swatch, y);
   }
-  context.fillStyle = style.getPropertyValue('--soft');
+  context.fillStyle = INK;
   context.fillText(sizes(mesh), MARGIN, canvas.height - MARGIN - LINE / 2, canvas.width - 2 * MARGIN);
   return canvas.convertToBlob({ type: 'image/png' });
 }
