@@ -64,6 +64,11 @@ test('axe-core finds nothing: empty, models and mistakes, a mesh and its slices'
   await run(page);
   for (const summary of await page.$$('#results summary')) await summary.click();
   await page.selectOption('#section-axis', '0');
+  await page.getByRole('combobox', { name: 'For which program?' }).selectOption('openEMS');
+  await page
+    .getByRole('combobox', { name: /^What .* is made of$/ })
+    .first()
+    .selectOption({ label: 'other …' });
   assert.equal(await page.locator('#finding-list [data-kind=surface-open] button').count(), 1);
   await page.click('#finding-next');
   await isSound(page, 'a mesh');

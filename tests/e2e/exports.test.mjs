@@ -6,15 +6,23 @@ import { mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSyn
 import { tmpdir } from 'node:os';
 import path from 'node:path';
 
+import { expect } from '@playwright/test';
+
 import { runCopied, writeSample } from './native.mjs';
 import { hasGeometries, run, saved, test } from './visit.mjs';
 
 const SETTINGS =
   'dims=31+29+37&padding=2&axis=y&g=file%3Dcore.stl%26name%3Dcore+of+it%26flag%3D9%26priority%3D2%26translate%3D6+0+1&sample=shells&backend=cpu';
-const SUMMARY = '#exports > summary';
+const SUMMARY = '#file-options > summary';
+/** Files of programs. */
+const EXPORTS = ['foam', 'inp', 'msh', 'xdmf', 'csx-xml', 'in', 'geometry-xml', 'nrrd', 'vox', 'binvox'];
 
-/** The buttons of the list, by what they save. */
-const offered = (page) => page.$$eval('#exports-list button', (buttons) => buttons.map(({ id }) => id.replace('download-', '')));
+/** The files of programs in the list, and those that nobody can click. */
+const offered = async (page, which = '') => {
+  const ids = await page.$$eval(`#downloads button${which}`, (buttons) => buttons.map(({ id }) => id.replace('download-', '')));
+  return ids.filter((id) => EXPORTS.includes(id));
+};
+const ARRAYS = ['npz', 'npy', 'raw', 'sidecar'];
 
 test('a case of OpenFOAM, text, and the cells of some flags are the files of the native command', async ({ visit }) => {
   const folder = mkdtempSync(path.join(tmpdir(), 'hexcast-'));
@@ -101,13 +109,13 @@ test('a case of OpenFOAM, text, and the cells of some flags are the files of the
     assert.match(await page.textContent('#messages'), /openEMS needs to know what flag 0 is made of/);
     // a flag that no cell has
     await page.fill('#export-flags', '9, 77');
-    assert.equal(await page.$$eval('#exports-list button:enabled', ({ length }) => length), 0);
+    assert.deepEqual(await offered(page, ':enabled'), []);
     assert.equal(
       await page.$eval('#export-flags', ({ validationMessage }) => validationMessage),
       'these are flags of the mesh: 0, 1, 9',
     );
     await page.fill('#export-flags', '');
-    assert.equal(await page.$$eval('#exports-list button:disabled', ({ length }) => length), 0);
+    assert.deepEqual(await offered(page, ':disabled'), []);
   } finally {
     rmSync(folder, { recursive: true });
   }
@@ -162,17 +170,17 @@ test('arrays in another order, stores, what was measured and the background are 
       ['raw', 'raw'],
       ['sidecar', 'raw.json'],
     ]) {
-      const { name, bytes } = await saved(page, `#download-array-${id}`);
+      const { name, bytes } = await saved(page, `#download-${id}`);
       assert.ok(bytes.equals(read(`turned.${ending}`)), `${name}: ${bytes.length} bytes`);
     }
     // a number that is none, and a flag that is given twice
     for (const wrong of ['9=256', '9=1, 9=2', '9', 'a=1']) {
       await page.fill('#export-map', wrong);
-      assert.equal(await page.$$eval('#arrays-list button:enabled', ({ length }) => length), 0, wrong);
+      for (const id of ARRAYS) assert.ok(await page.isDisabled(`#download-${id}`), `${id}: ${wrong}`);
       assert.match(await page.$eval('#export-map', ({ validationMessage }) => validationMessage), /^such as 1=0, 0=1/);
     }
     await page.fill('#export-map', '');
-    assert.equal(await page.$$eval('#arrays-list button:disabled', ({ length }) => length), 0);
+    assert.equal(await page.$$eval('#downloads button:disabled', ({ length }) => length), 0);
     // flag 0 has a material
     await page.fill('#export-flags', '0, 9');
     await runCopied(page, folder, ['--export-flags=0,9', '-o', 'all.csx.xml']);
@@ -183,19 +191,22 @@ test('arrays in another order, stores, what was measured and the background are 
   }
 });
 
-test('only files that the mesh can be are offered: without a unit, of cubes, and of cells that differ in size', async ({
+test('only files that the mesh can be are offered: of cubes, and of cells that differ in size; a unit is asked for', async ({
   visit,
 }) => {
   const page = await visit('#cells=20&sample=cubes&backend=cpu');
   await hasGeometries(page, 2);
   await run(page);
-  await page.click(SUMMARY);
-  assert.deepEqual(await offered(page), ['msh', 'xdmf', 'nrrd', 'vox', 'binvox']);
-  assert.ok(await page.isVisible('#exports-unit'));
-  await page.selectOption('#unit', 'cm');
+  assert.deepEqual(await offered(page), EXPORTS);
+  // what needs a unit asks for it
+  await page.getByRole('button', { name: /^OpenFOAM .* asks for the unit$/ }).click();
+  await expect(page.getByLabel('For which program?')).toHaveValue('OpenFOAM');
+  await expect(page.getByLabel('Lengths of the files are in')).toBeFocused();
+  await page.keyboard.press('c');
+  await expect(page.getByLabel('Unit of the files')).toHaveValue('cm');
+  await expect(page.locator('#result-size')).toContainText('cm');
   await page.check('#graded');
   await page.fill('#graded-most', '0.2');
   await run(page);
   assert.deepEqual(await offered(page), ['foam', 'inp', 'msh', 'xdmf', 'csx-xml']);
-  assert.ok(!(await page.isVisible('#exports-unit')));
 });

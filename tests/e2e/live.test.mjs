@@ -109,7 +109,7 @@ test('where meshes are slow, coarser ones follow the slider, and files wait for 
   await cellsAreDrawn(page);
   await page.evaluate(() => {
     window.seen = [];
-    const isInert = () => document.querySelector('#downloads').inert;
+    const isInert = () => document.querySelector('#leave').inert;
     const look = () => {
       if (document.body.hasAttribute('data-coarse'))
         window.seen.push([document.querySelector('#result-dims').textContent, isInert()]);
@@ -129,7 +129,7 @@ test('where meshes are slow, coarser ones follow the slider, and files wait for 
     seen.every(([dims, isInert]) => isInert && Number.parseInt(dims, 10) <= 120),
     JSON.stringify(seen),
   );
-  assert.equal(await page.evaluate(() => document.querySelector('#downloads').inert), false);
+  assert.equal(await page.evaluate(() => document.querySelector('#leave').inert), false);
 });
 
 test('the slider sets the size that leads: cells, their length, the largest of graded lines', async ({ visit }) => {

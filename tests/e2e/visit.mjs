@@ -171,15 +171,17 @@ export async function saved(page, selector) {
   return { name: download.suggestedFilename(), bytes: readFileSync(await download.path()) };
 }
 
-/** The saved picture of the 3-D view: a handle of its ImageData in the page. */
+/** The saved picture of the 3-D view, without its legend: a handle of its ImageData in the page. */
 export async function picture3d(page) {
   const { bytes } = await saved(page, '#save-3d');
   return page.evaluateHandle(async (base64) => {
     const blob = new Blob([Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0))]);
     const bitmap = await createImageBitmap(blob);
-    const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext('2d');
+    const { clientWidth, clientHeight } = document.querySelector('#canvas-3d');
+    const height = Math.round((bitmap.width * clientHeight) / clientWidth);
+    const context = new OffscreenCanvas(bitmap.width, height).getContext('2d');
     context.drawImage(bitmap, 0, 0);
-    return context.getImageData(0, 0, bitmap.width, bitmap.height);
+    return context.getImageData(0, 0, bitmap.width, height);
   }, bytes.toString('base64'));
 }
 

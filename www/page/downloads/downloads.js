@@ -1,12 +1,12 @@
 /** Downloads: streamed to disk where the browser lets the user pick a place, through its private file system or a Blob elsewhere. */
 import { formats } from 'hexcast';
-import { byId, make } from '../elements/dom.js';
+import { make } from '../elements/dom.js';
 import { bytes } from '../text/format.js';
 import { showError } from '../elements/messages.js';
 import { hasPrivateFiles, privateFile, removePrivate } from './private_files.js';
 import { holding } from '../state/held.js';
 import { baseName } from '../settings/share.js';
-import { on, state } from '../state/state.js';
+import { state } from '../state/state.js';
 
 /** Files from this size on go through the private file system rather than through memory. */
 const BLOB_BYTES = 256e6;
@@ -26,66 +26,6 @@ const BLOB_BYTES = 256e6;
  * @typedef {import('hexcast').Mesh} Mesh
  */
 
-/** @type {(id: string, extension: string, label: string, note: string, more?: Partial<FileKind>) => FileKind} */
-export const file = (id, extension, label, note, more) => ({ id, extension, label, note, ...more });
-const BITS = { bits: true };
-const FILES = [
-  file('vti', 'vti', 'VTK image', 'ParaView, VisIt', { format: 'vti', options: { compress: 0 } }),
-  file('vtiz', 'zlib.vti', 'VTK image, compressed', 'ParaView, VisIt', { format: 'vti', options: { compress: 6 } }),
-  file('vtr', 'vtr', 'VTK rectilinear grid', 'ParaView, VisIt', { format: 'vtr', options: { compress: 0 } }),
-  file('vtrz', 'zlib.vtr', 'VTK rectilinear grid, compressed', 'ParaView, VisIt', { format: 'vtr', options: { compress: 6 } }),
-  file('npz', 'npz', 'NumPy, with lines', 'flags and lines, compressed', { format: 'npz', options: { compress: 6 } }),
-  file('npy', 'npy', 'NumPy', 'shape nz, ny, nx', { format: 'npy' }),
-  file('raw', 'raw', 'Raw', 'one byte a cell, x fastest', { format: 'raw' }),
-  file('sidecar', 'raw.json', 'Raw: description', 'dims, lines, names'),
-  file('npy-bits', 'bits.npy', 'NumPy, packed', 'eight cells a byte', { format: 'npy', options: BITS }),
-  file('raw-bits', 'bits.raw', 'Raw, packed', 'eight cells a byte', { format: 'raw', options: BITS }),
-  file('sidecar-bits', 'bits.raw.json', 'Packed: description', 'dims, lines, names', { options: BITS }),
-  file('zarr', 'zarr.zip', 'Zarr', 'a store in an archive: zarr-python, xarray', { format: 'zarr', options: { compress: 6 } }),
-  file('links', 'links.npz', 'Links to walls', 'NumPy, compressed', { format: 'links.npz', options: { compress: 6 } }),
-  file('links-hdf5', 'links.h5', 'Links to walls, as HDF5', 'compressed', { format: 'links.h5', options: { compress: 6 } }),
-  file('links-records', 'links', 'Links to walls, as records', '24 bytes each', { format: 'links' }),
-  file('fractions', 'fractions.npz', 'Fractions of cells', 'NumPy, compressed', {
-    format: 'fractions.npz',
-    options: { compress: 6 },
-  }),
-  ...['vti', 'vtr', 'npy', 'zarr'].map((ending) => {
-    const format = /** @type {import('hexcast').Format} */ (`fractions.${ending}`);
-    const [extension, options] = [ending === 'zarr' ? 'zarr.zip' : ending, ending === 'npy' ? {} : { compress: 6 }];
-    return file(`solid-${ending}`, `solid.${extension}`, 'Solid fraction', 'of every cell', {
-      format,
-      options,
-    });
-  }),
-  file('staggered', 'staggered.npz', 'Staggered grid', 'NumPy, compressed', {
-    format: 'staggered.npz',
-    options: { compress: 6 },
-  }),
-  file('hxc', 'hxc', 'Column file', 'small; this page opens it again', { format: 'hxc' }),
-];
-
-/** Draws the list of files whenever there is a mesh. */
-export function startDownloads() {
-  on('mesh', show);
-}
-
-function show() {
-  const { mesh } = state;
-  const files = mesh ? FILES.filter((file) => isOffered(file, mesh)) : [];
-  byId('downloads').replaceChildren(...(mesh ? files.map((file) => entry(mesh, file)) : []));
-}
-
-/** @param {FileKind} file @param {Mesh} mesh */
-function isOffered({ format, options }, { lines, report }) {
-  const [ending, of] = (format ?? '').split('.').reverse();
-  const measured = ending === 'links' ? ending : of;
-  if (measured && !report[measured]) return false;
-  if (ending === 'vti') return lines.spacing !== null;
-  if (ending === 'vtr') return lines.spacing === null;
-  // a bit distinguishes one flag from the background
-  return !options?.bits || report.flags.length === 1;
-}
-
 /** A file of a list: its button and what becomes of it. @param {Mesh} mesh @param {FileKind} file */
 export function entry(mesh, file) {
   const size = file.format ? mesh.size(file.format, file.options) : null;
@@ -93,10 +33,10 @@ export function entry(mesh, file) {
   const button = make('button', {
     type: 'button',
     id: `download-${file.id}`,
-    on: { click: () => holding(mesh, () => download(mesh, file, button, status)) },
+    on: { click: () => download(mesh, file, button, status) },
   });
   const status = make('span', { className: 'note', role: 'status' });
-  const label = make('span', {}, file.label, make('small', {}, `.${file.extension}: ${file.note}`));
+  const label = make('span', {}, `${file.label} `, make('small', {}, `.${file.extension}: ${file.note}`));
   button.append(label, make('span', { className: 'size', 'data-bytes': size }, text));
   return make('li', {}, button, status);
 }
@@ -130,9 +70,19 @@ function entriesOf({ report }, of) {
   return { fractions: 3 * (report.fractions?.cut_cells ?? 0) }[of] ?? 1.2 * report.cells;
 }
 
+/** What a file is called. @param {FileKind} file */
+export function nameOf({ name, extension }) {
+  return name ?? `${baseName(state.job)}.${extension}`;
+}
+
+/** Saves a file, with what becomes of it beside the button. @param {Mesh} mesh @param {FileKind} file @param {HTMLButtonElement} button @param {HTMLElement} status */
+export function download(mesh, file, button, status) {
+  return holding(mesh, () => write(mesh, file, button, status));
+}
+
 /** @param {Mesh} mesh @param {FileKind} file @param {HTMLButtonElement} button @param {HTMLElement} status */
-async function download(mesh, file, button, status) {
-  const name = file.name ?? `${baseName(state.job)}.${file.extension}`;
+async function write(mesh, file, button, status) {
+  const name = nameOf(file);
   const stop = new AbortController();
   const cancel = make('button', { type: 'button', className: 'small', on: { click: () => stop.abort() } }, 'Cancel');
   button.disabled = true;

@@ -61,7 +61,7 @@ async function follow() {
 /** Cells that are coarse because the slider moves are not those that somebody wants to have in a file. */
 function showWhetherCoarse() {
   const isCoarse = coarse !== null && state.job === coarse;
-  byId('downloads').inert = isCoarse;
+  byId('leave').inert = isCoarse;
   document.body.toggleAttribute('data-coarse', isCoarse);
 }
 

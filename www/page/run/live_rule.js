@@ -1,6 +1,6 @@
 /** Which meshes are made without a click: those that take a moment, and that nobody cancelled. */
 import { wrongField } from '../settings/wrong_fields.js';
-import { keyOfCells } from '../state/job.js';
+import { keyOfCells, keyWithoutFacts } from '../state/job.js';
 import { state } from '../state/state.js';
 
 /** More cells, facets or seconds are made by a click, which says what they cost. */
@@ -21,6 +21,17 @@ export function isShown(job) {
   return state.mesh !== null && made !== null && hasSources(made) && keyOfCells(made) === keyOfCells(job);
 }
 
+/**
+ * Whether the mesh of a job has the cells that are shown, and only files say otherwise what lengths are, or what parts are made of:
+ * who answered that for a file is not asked for a mesh, too.
+ *
+ * @param {import('../state/state.js').ShownJob} job
+ */
+export function isSaidOtherwise(job) {
+  const made = state.mesh && state.job && hasSources(state.job) ? state.job : null;
+  return made !== null && wrongField() === null && !isShown(job) && keyWithoutFacts(made) === keyWithoutFacts(job);
+}
+
 /** A mesh from a column file has no source whose settings could be compared. @param {import('../state/state.js').ShownJob} job */
 export function hasSources({ geometries }) {
   return geometries.every(({ source }) => source);
@@ -37,10 +48,10 @@ export function isWanted() {
   const { geometries } = state;
   const hasAll =
     job?.geometries.length === geometries.length && job.geometries.every(({ source }, at) => source === geometries[at].surface);
-  return hasAll && isLive() && !isShown(job) && !isLeft(job);
+  return hasAll && (isLive() || isSaidOtherwise(job)) && !isShown(job) && !isLeft(job);
 }
 
 /** Whether the mesh of these fields is shown, or comes without a click. @param {import('../state/state.js').ShownJob} job */
 export function comesByItself(job) {
-  return isLive() && (isShown(job) || !isLeft(job));
+  return (isLive() && isShown(job)) || ((isLive() || isSaidOtherwise(job)) && !isLeft(job));
 }

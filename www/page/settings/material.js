@@ -55,11 +55,11 @@ export function startBackground() {
 }
 
 /**
- * A field for a material.
+ * A field for a material, and what writes one into it.
  *
  * @param {string} label @param {Material | null} material @param {(material: Material | null) => void} edit
  */
-function fieldOf(label, material, edit) {
+export function fieldOf(label, material, edit) {
   const field = make('input', {
     type: 'text',
     className: 'material',

@@ -128,6 +128,11 @@ export function keyOfCells({ geometries, ...rest }) {
   ]);
 }
 
+/** The same without what only files say: the unit, and what parts are made of. @param {import('./state.js').ShownJob & { unit?: unknown, background?: unknown }} job */
+export function keyWithoutFacts({ unit: _, background: _background, geometries, ...rest }) {
+  return keyOfCells({ ...rest, geometries: geometries.map((geometry) => ({ ...geometry, material: undefined })) });
+}
+
 /** @param {number | number[]} padding */
 function hasPadding(padding) {
   return [padding].flat().some((number) => number !== 0);

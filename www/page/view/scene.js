@@ -253,7 +253,7 @@ export class Scene {
     return this.#camera.offset[axis] < 0 ? -1 : 1;
   }
 
-  /** The picture as it is. @returns {Promise<Blob | null>} PNG */
+  /** The picture as it is, twice as large. @returns {Promise<Blob | null>} PNG */
   picture() {
     return this.#ask('save', {});
   }

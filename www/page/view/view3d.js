@@ -11,6 +11,7 @@ import { change, colourOf, on, placeKey, state } from '../state/state.js';
 import { cellAt, placeAt } from '../text/places.js';
 import { isLive } from '../run/live_rule.js';
 import { flagColours } from './flag_pixels.js';
+import { withLegend } from './picture_legend.js';
 import { Scene } from './scene.js';
 
 /** Columns of a mesh that are drawn at most: the browser holds four bytes of each, twice. */
@@ -288,7 +289,7 @@ function scrollToView() {
 /** @param {Scene} scene */
 async function savePicture(scene) {
   const picture = await scene.picture();
-  if (picture) save(picture, `${baseName(state.job)}-3d.png`);
+  if (picture) save(await withLegend(picture, shown === 'cells' ? drawn : null), `${baseName(state.job)}-3d.png`);
 }
 
 /** The section of a link. */

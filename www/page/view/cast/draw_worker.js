@@ -34,8 +34,15 @@ const PASSES = [
 const VIEW_MS = 2000;
 const FILE_MS = 700;
 
+/** Pixels of the longer side of a file, at most. */
+const MOST_SIDE = 8192;
+
 /** @type {Opened | null} */
 let opened = null;
+/** Of the canvas, in pixels, and pixels of a CSS pixel. */
+let size = { width: 1, height: 1, ratio: 1 };
+/** Whether a file is drawn, so that the canvas waits for its size. */
+let isSaving = false;
 /** What the parts of the picture were given: a context that was lost is given it again. @type {{ [part: string]: any }} */
 const given = { models: [], cells: null, colours: new Uint32Array(256), overlay: {} };
 /** Corners of models by their numbers. @type {Map<number, Float32Array>} */
@@ -80,10 +87,8 @@ const TAKE = {
     start(canvas);
   },
   size({ width, height, ratio }) {
-    if (!opened) return;
-    Object.assign(opened.canvas, { width, height });
-    opened.picture.resize(width, height);
-    shown.ratio = ratio;
+    size = { width, height, ratio };
+    if (!isSaving) takeSize();
   },
   models({ models }) {
     for (const model of models) if (model.corners) corners.set(model.id, model.corners);
@@ -196,7 +201,8 @@ async function drawWhole(isOld) {
   const begin = performance.now();
   for (const [n, jitter] of PASSES.entries()) {
     if (!(await drawInStrips(jitter, isOld))) return;
-    opened.picture.showMean(n);
+    opened.picture.addToMean(n);
+    opened.picture.showMean();
     await isDone(opened.gl);
     tell(true, n_meshes);
     if (isOld() || performance.now() - begin > VIEW_MS) return;
@@ -204,7 +210,7 @@ async function drawWhole(isOld) {
 }
 
 /** Draws a whole pass, unless it becomes old meanwhile. @param {number[]} jitter @param {() => boolean} isOld @returns {Promise<boolean>} whether it is there */
-async function drawInStrips(jitter, isOld) {
+async function drawInStrips(jitter, isOld, ratio = shown.ratio) {
   if (!opened) return false;
   const { gl, picture } = opened;
   const rows = picture.rows(1);
@@ -212,7 +218,7 @@ async function drawInStrips(jitter, isOld) {
   for (let from = 0; from < rows; ) {
     const begin = performance.now();
     const to = Math.min(rows, from + height);
-    picture.draw(shown, { scale: 1, ratio: shown.ratio, from, to, jitter, isFine: true });
+    picture.draw(shown, { scale: 1, ratio, from, to, jitter, isFine: true });
     await isDone(gl);
     if (isOld() || isLost) return false;
     from = to;
@@ -229,16 +235,37 @@ function tell(isWhole, cells) {
   say({ kind: 'drawn', n: n_pictures, isWhole, cells, step: opened?.picture.cells.step });
 }
 
-/** @returns {Promise<Blob | null>} PNG of the whole picture */
+/** @returns {Promise<Blob | null>} PNG of the whole picture, twice as wide and high as the canvas, if it can be */
 async function wholePicture() {
   if (!opened) return null;
+  const { canvas, gl, picture } = opened;
   const begin = performance.now();
+  const { width, height, ratio } = size;
+  const most = Math.min(MOST_SIDE, gl.getParameter(gl.MAX_TEXTURE_SIZE));
+  const times = Math.max(1, Math.min(2, most / Math.max(width, height)));
+  const large = { width: Math.floor(times * width), height: Math.floor(times * height) };
+  isSaving = true;
+  picture.resize(large.width, large.height);
   for (const [n, jitter] of PASSES.entries()) {
-    await drawInStrips(jitter, () => false);
-    opened.picture.showMean(n);
+    await drawInStrips(jitter, () => false, times * ratio);
+    picture.addToMean(n);
     if (performance.now() - begin > FILE_MS) break;
   }
-  // in the task that draws: the canvas is empty after it
-  opened.picture.showAgain();
-  return opened.canvas.convertToBlob({ type: 'image/png' });
+  // in the task that draws: the canvas is empty after it, and nobody sees it large
+  Object.assign(canvas, large);
+  picture.showMean();
+  const blob = canvas.convertToBlob({ type: 'image/png' });
+  isSaving = false;
+  takeSize();
+  await drawSoon();
+  return blob;
+}
+
+/** The canvas gets the size that it was given last. */
+function takeSize() {
+  if (!opened) return;
+  const { width, height, ratio } = size;
+  Object.assign(opened.canvas, { width, height });
+  opened.picture.resize(width, height);
+  shown.ratio = ratio;
 }

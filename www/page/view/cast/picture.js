@@ -96,15 +96,13 @@ export class Picture {
     this.#put(null, this.#pass, [width / this.#pass.width, height / this.#pass.height], 1);
   }
 
-  /** Adds the pass, number `n` from 0 on, to the mean, and puts that on the canvas. @param {number} n */
-  showMean(n) {
-    if (!this.#pass || !this.#mean) return;
-    this.#put(this.#mean, this.#pass, [1, 1], 1 / (n + 1));
-    this.showAgain();
+  /** Adds the pass, number `n` from 0 on, to the mean. @param {number} n */
+  addToMean(n) {
+    if (this.#pass && this.#mean) this.#put(this.#mean, this.#pass, [1, 1], 1 / (n + 1));
   }
 
   /** Puts the mean on the canvas. */
-  showAgain() {
+  showMean() {
     if (this.#mean) this.#put(null, this.#mean, [1, 1], 1);
   }
 
