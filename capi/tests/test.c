@@ -441,7 +441,8 @@ static void measured(const HexcastMesher *mesher) {
   const HexcastFacets box = {.file = "box", .corners = &corners[0][0][0], .n_facets = 12};
   const char *job =
       "{\"geometries\": [{\"file\": \"box\", \"flag\": 5}], \"dims\": [20, 16, 12], \"domain\": [0, 0, 0, 20, 16, 12],"
-      " \"links\": {\"stencil\": \"D3Q7\"}, \"fractions\": {\"rays\": 2, \"faces\": true}, \"staggered\": true}";
+      " \"links\": {\"stencil\": \"D3Q7\"}, \"fractions\": {\"rays\": 2, \"faces\": true}, \"staggered\": true,"
+      " \"conformal\": {\"metal\": [5], \"stable\": 0}}";
   HexcastError *error = NULL;
   HexcastMesh *mesh = hexcast_mesh(mesher, job, &box, 1, &error);
   CHECK(mesh != NULL && hexcast_mesh_doubt(mesh) == NULL);
@@ -487,6 +488,16 @@ static void measured(const HexcastMesher *mesher) {
   uint8_t *ex = malloc(points.n_bytes);
   CHECK(hexcast_mesh_fill_array(mesh, "staggered", "Ex", ex, points.n_bytes, NULL) == 0);
   CHECK(ex[(5 * 17 + 5) * 20 + 5] == 5 && ex[(5 * 17 + 5) * 20 + 15] == 0);
+
+  /* of the edges 14 along x half lies outside, but for those beside the box; those on its faces lie in metal */
+  HexcastArray edges;
+  CHECK(hexcast_mesh_array(mesh, "conformal", "Lx", &edges, NULL) == 0 && edges.n_axes == 3 && strcmp(edges.kind, "<f8") == 0);
+  CHECK(edges.shape[0] == 13 && edges.shape[1] == 17 && edges.shape[2] == 20 && edges.n_bytes == 8 * 13 * 17 * 20);
+  double *lx = malloc(edges.n_bytes);
+  CHECK(hexcast_mesh_fill_array(mesh, "conformal", "Lx", lx, edges.n_bytes, NULL) == 0);
+  CHECK(lx[(5 * 17 + 5) * 20 + 14] == 0.5 && lx[(10 * 17 + 2) * 20 + 14] == 0.5 && lx[(11 * 17 + 2) * 20 + 14] == 1.0);
+  CHECK(lx[(5 * 17 + 5) * 20 + 13] == 0.0 && lx[(5 * 17 + 5) * 20 + 15] == 1.0);
+  free(lx);
 
   CHECK(hexcast_mesh_fill_array(mesh, "staggered", "Ex", ex, 7, &error) == 1);
   check_error(error, "job-value", "7 bytes");

@@ -14,7 +14,12 @@ from hexcast.shapes import box, sphere
 #: A box of 4 x 3 x 2.5 cells in one of 8 x 7 x 6.
 BODY = box((2, 2, 2), (6, 5, 4.5))
 SIZE = {"domain": (0, 0, 0, 8, 7, 6), "cell_size": 1, "backend": "cpu"}
-ASKED = {"links": {"stencil": "D3Q7"}, "fractions": {"faces": True, "surfaces": True}, "staggered": True}
+ASKED = {
+    "links": {"stencil": "D3Q7"},
+    "fractions": {"faces": True, "surfaces": True},
+    "staggered": True,
+    "conformal": {"metal": [1], "stable": 0},
+}
 
 
 @pytest.fixture(scope="module")
@@ -66,6 +71,24 @@ def test_staggered_points_are_those_that_arithmetic_finds(mesh):
     assert len(mesh.staggered.sheet_axis) == 0
 
 
+def test_edges_and_faces_outside_metal_are_those_that_arithmetic_finds(mesh):
+    """The body ends in the middle of a cell along z, and on lines along x and y, in which edges and faces are metal."""
+    conformal = mesh.conformal
+    z, y, x = np.mgrid[0:6, 0:8, 0:9]
+    holds = (x >= 2) & (x <= 6) & (y >= 2) & (y <= 5)
+    along_z = np.where(holds & (z >= 2), np.where(z < 4, 0, np.where(z == 4, 0.5, 1)), 1)
+    assert (conformal.Lz == along_z).all()
+    z, y, x = np.mgrid[0:6, 0:7, 0:9]
+    holds = (x >= 2) & (x <= 6) & (y >= 2) & (y < 5)
+    assert (conformal.Ax == np.where(holds & (z >= 2), np.where(z < 4, 0, np.where(z == 4, 0.5, 1)), 1)).all()
+    assert conformal.Ly.shape == (7, 7, 9)
+    assert conformal.dt_factor.shape == ()
+    assert mesh.report["conformal"]["dt_factor"] == conformal.dt_factor
+    with pytest.raises(hexcast.Error, match="no flag is metal") as caught:
+        hexcast.mesh(BODY, **SIZE, conformal={})
+    assert caught.value.code == "no-metal"
+
+
 def test_doubtful_cells_are_a_mesh():
     vertices, faces = sphere((0, 0, 0), 1)
     with pytest.warns(hexcast.MeshWarning, match="not closed"):
@@ -74,7 +97,7 @@ def test_doubtful_cells_are_a_mesh():
     assert mesh.doubt.lines[0].tolist() == mesh.lines[0].tolist()
 
 
-@pytest.mark.parametrize("kind", ["links", "fractions", "staggered", "doubt"])
+@pytest.mark.parametrize("kind", ["links", "fractions", "staggered", "conformal", "doubt"])
 def test_what_was_not_asked_for_is_an_error(kind):
     with pytest.raises(hexcast.Error, match=f"{kind}") as caught:
         getattr(hexcast.mesh(BODY, **SIZE), kind)
@@ -82,7 +105,7 @@ def test_what_was_not_asked_for_is_an_error(kind):
     assert isinstance(caught.value, ValueError)
 
 
-NAMES = ["links.npz", "links.links", "fractions.npz", *(f"fractions.{of}" for of in ("vti", "vtr", "npy", "zarr", "zarr.zip")), "staggered.npz"]
+NAMES = ["links.npz", "links.links", "fractions.npz", *(f"fractions.{of}" for of in ("vti", "vtr", "npy", "zarr", "zarr.zip")), "staggered.npz", "conformal.npz"]
 
 
 @pytest.mark.parametrize("size", [{}, {"window": (3, 2, 4, 20, 25, 28)}], ids=["whole", "window"])
@@ -95,7 +118,8 @@ def test_files_are_those_of_the_command(spot, tmp_path, command, name, size, is_
     if kind == "fractions" and size:
         of_fractions |= {"method": "exact", "edges": True, "centroids": True}
         words += ["--fraction-method", "exact", "--fraction-edges", "--fraction-centroids"]
-    asked = {"links": {}, "fractions": of_fractions, "staggered": True}[kind]
+    words += ["--metal", "1"] if kind == "conformal" else []
+    asked = {"links": {}, "fractions": of_fractions, "staggered": True, "conformal": {"metal": [1]}}[kind]
     mesh = hexcast.mesh(spot, cells=32, padding={"cells": 2}, backend="cpu", **size, **{kind: asked})
     if is_pickled:
         mesh = pickle.loads(pickle.dumps(mesh))
@@ -134,6 +158,8 @@ def test_xarray_has_what_was_measured(mesh):
     assert data.Ex.dims == ("z_line", "y_line", "x")
     assert data.Hz.dims == ("z_line", "y", "x")
     assert (data.Ex.sel(z_line=4, y_line=5, x=2.5) == 1).all()
+    assert data.Lz.dims == ("z", "y_line", "x_line")
+    assert data.Ax.dims == ("z", "y", "x_line")
     assert data.cut_faces.dims == ("cut", "face")
     assert data.surface_normal.dims == ("surface", "axis")
     assert "doubtful" not in data
@@ -161,7 +187,7 @@ def test_a_mesh_survives_copies(mesh, again, tmp_path):
     assert (other.flags == mesh.flags).all()
     assert other.report == mesh.report
     assert other.names == mesh.names
-    for kind in ("links", "fractions", "staggered"):
+    for kind in ("links", "fractions", "staggered", "conformal"):
         of_one, of_other = getattr(mesh, kind)._arrays(), getattr(other, kind)._arrays()
         assert list(of_one) == list(of_other)
         assert all((of_one[name] == of_other[name]).all() for name in of_one)

@@ -344,6 +344,27 @@ fn sheets_have_no_area_and_no_edges() {
 }
 
 #[test]
+fn reports_of_parts_add_up_to_that_of_the_whole() {
+    let folder = Folder::new();
+    let (out, metal) = (folder.path("c.npz"), format!("{SPOT}:pec=true"));
+    let mesh = ["mesh", &metal, "--cells", "24", "--backend", "cpu", "--json", "--unit", "mm", "--conformal", &out];
+    let mut whole = json(&mesh)["conformal"].take();
+    let names: Vec<String> = (1..=6).map(|part| folder.path(&format!("{part}.json"))).collect();
+    for (part, name) in (1..).zip(&names) {
+        let report = json(&[&mesh[..], &["--part", &format!("{part}/3x2x1")]].concat());
+        std::fs::write(name, report.to_string()).unwrap();
+    }
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let mut merged = json(&[&["merge"], &names[..]].concat())["conformal"].take();
+    // the faces of a part know a little less of the fields beside them
+    for key in ["dt_factor", "dt"] {
+        let [step, of_parts] = [&mut whole, &mut merged].map(|of| of[key].take().as_f64().unwrap());
+        assert!((of_parts / step - 1.0).abs() < 0.01, "{key}: {of_parts}, not {step}");
+    }
+    assert_eq!(merged, whole);
+}
+
+#[test]
 fn what_cannot_be_measured_is_said_with_a_remedy() {
     let folder = Folder::new();
     let out = folder.path("c.npz");

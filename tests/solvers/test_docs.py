@@ -29,7 +29,7 @@ def test_an_example(page, tmp_path) -> None:
         assert (tmp_path / words[words.index("-o") + 1]).exists()
 
 
-@pytest.mark.parametrize("name", ["lines", "fractions", "links", "staggered"])
+@pytest.mark.parametrize("name", ["lines", "fractions", "links", "staggered", "conformal"])
 def test_what_is_measured_and_graded(name, tmp_path) -> None:
     """Commands, jobs and Python of a page; the commands have the last outputs that the Python reads."""
     page = (ROOT / f"docs/{name}.md").read_text()
@@ -38,6 +38,8 @@ def test_what_is_measured_and_graded(name, tmp_path) -> None:
         "patch.stl": cuboid((0.5, 0.4, 0.2), (1.7, 1.1, 0.25)),
         "coil.stl": sphere(1, 3),
         "body.stl": sphere(1, 3),
+        "block.stl": cuboid((-1.1, -1.1, -1.1), (1.1, 1.1, 1.1)),
+        "ball.stl": sphere(1, 4),
     }.items():
         save(tmp_path / file, part)
     save(tmp_path / "plate.stl", [[(2, -1, 0), (2, 1, 0), (2, 1, 2)], [(2, -1, 0), (2, 1, 2), (2, -1, 2)]])

@@ -121,6 +121,17 @@ export interface FractionsJob {
   centroids?: boolean;
 }
 
+/** Asks for the fractions of edges and faces that lie outside metal, for conformal solvers of Maxwell's equations. */
+export interface ConformalJob {
+  /** Flags that are metal, 0 for the background; by default those of perfect conductors (`pec = true`) and of geometries with `metal = true`. */
+  metal?: readonly number[];
+  /**
+   * The least area of a face outside metal, as a part of the fraction of its longest edge, 0 to 1; by default 1/8. Faces beside it give what
+   * it lacks. The larger, the longer the stable step; 0 leaves areas as they are.
+   */
+  stable?: number;
+}
+
 /** What is meshed and how: the native job file, with sources in place of file names. */
 export interface Job {
   /** The geometries, in order: where two of equal priority overlap, one that is closed or flat wins over one that is not, else the later. */
@@ -215,6 +226,8 @@ export interface Job {
   staggered?: boolean;
   /** Flags of perfect conductors on a staggered grid: all edges of their cells conduct, not only those within the surface. */
   conductors?: readonly number[];
+  /** Measures the fractions of edges and faces that lie outside metal. See `Mesh.conformal`. */
+  conformal?: ConformalJob;
   /**
    * Along which axis the rays run; the cells do not depend on it. `auto`: the axis with most cells; those with less than an eighth fewer count
    * as equal, and of equals the first is taken. `x`: along x. `y`: along y. `z`: along z. Default `auto`.

@@ -146,6 +146,8 @@ class JobOptions(TypedDict, total=False):
     staggered: bool
     #: Flags of perfect conductors on a staggered grid: all edges of their cells conduct, not only those within the surface.
     conductors: Sequence[int]
+    #: Measures the fractions of edges and faces that lie outside metal. Keys: ``metal``, ``stable``. Counted in ``report["conformal"]``.
+    conformal: Mapping[str, Any]
     #: What meshes: the GPU or the CPU; the cells do not depend on it. ``auto``: the GPU where there is an adapter, else the CPU. ``gpu``:
     #: the GPU; an error where there is none. ``cpu``: the CPU. Default ``auto``.
     backend: Literal["auto", "gpu", "cpu"]

@@ -38,6 +38,10 @@ const FILES = [
     return file(`solid-${ending}`, `solid.${extension}`, 'Solid fraction', 'of every cell', { format, options });
   }),
   file('staggered', 'staggered.npz', 'Staggered grid', 'NumPy, compressed', { format: 'staggered.npz', options: PACKED }),
+  file('conformal', 'conformal.npz', 'Edges and faces outside metal', 'NumPy, compressed', {
+    format: 'conformal.npz',
+    options: PACKED,
+  }),
   ...Object.entries(formats).flatMap(([name, { kind, program = '', about = '', file: named = '' }]) => {
     if (kind !== 'export') return [];
     const isArchive = named.endsWith('.zip');

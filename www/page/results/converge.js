@@ -23,6 +23,7 @@ const CHOSEN = /** @type {const} */ ([
   'links',
   'fractions',
   'staggered',
+  'conformal',
 ]);
 
 /** What was found last. @type {Level[]} */

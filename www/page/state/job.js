@@ -106,6 +106,7 @@ function measured({
   fraction_edges: edges,
   fraction_centroids: centroids,
   staggered,
+  conformal,
 }) {
   /** @type {import('hexcast').FractionsJob} */
   const method = rays === 0 ? { method: 'exact', ...(edges && { edges }), ...(centroids && { centroids }) } : { rays };
@@ -113,6 +114,7 @@ function measured({
     ...(links ? { links: { stencil, ...(String(fluid) === '0' ? {} : { fluid }) } } : {}),
     ...(fractions ? { fractions: { ...method, faces, surfaces } } : {}),
     ...(staggered ? { staggered } : {}),
+    ...(conformal ? { conformal: {} } : {}),
   };
 }
 

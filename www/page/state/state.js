@@ -47,6 +47,7 @@
  * @property {boolean} fraction_edges whether edges are, where cells are measured exactly
  * @property {boolean} fraction_centroids whether centres of parts of cells are, too
  * @property {boolean} staggered whether the points of a staggered grid get flags
+ * @property {boolean} conformal whether edges and faces outside metal are measured
  * @property {'auto' | 'x' | 'y' | 'z'} axis
  * @property {string} unit
  * @property {import('hexcast').Material | null} background what the background is made of
@@ -127,6 +128,7 @@ export const MEASURED = /** @type {const} */ ([
   'fraction_edges',
   'fraction_centroids',
   'staggered',
+  'conformal',
 ]);
 
 /** The defaults of the job. @type {Readonly<Settings>} */
@@ -159,6 +161,7 @@ export const DEFAULTS = Object.freeze({
   fraction_edges: false,
   fraction_centroids: false,
   staggered: false,
+  conformal: false,
   axis: 'auto',
   unit: '',
   background: null,
