@@ -83,7 +83,8 @@ test('graded lines: cells are drawn in their sizes, and files are those of the n
     // the last run wrote these without compression
     await runCopied(page, folder, ['--compress=6']);
     assert.equal(report.flags_hash, native.flags_hash);
-    for (const key of ['grading', 'links', 'fractions', 'staggered', 'conformal']) assert.deepEqual(report[key], native[key], key);
+    for (const key of ['grading', 'links', 'fractions', 'staggered', 'conformal'])
+      assert.deepEqual(report[key], native[key], key);
     const files = {
       vtr: 'plain.vtr',
       vtrz: 'z.vtr',
