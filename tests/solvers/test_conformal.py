@@ -1,4 +1,4 @@
-"""Edges and faces outside metal: a mode of a spherical cavity in the time domain, at the step that hexcast reports."""
+"""Edges and faces outside metal: a mode of a spherical cavity in the time domain, at the step that hexcast reports, and one of a round waveguide."""
 
 from __future__ import annotations
 
@@ -7,11 +7,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy.sparse as sparse
 from cavity import ZERO
-from conftest import cuboid, hexcast, save, sphere
+from conftest import cuboid, hexcast, rod, save, sphere
+from scipy.sparse.linalg import eigsh
 
 #: Where the centre of the ball is, in cells from a line: nowhere in particular.
 PLACE = (0.37, 0.21, 0.44)
+#: First zero of the derivative of J1, by which TE11 fits a round waveguide of radius 1.
+OF_WAVEGUIDE = 1.8411837813406593
 
 
 def mode(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -112,3 +116,47 @@ def test_larger_faces_allow_nearly_the_whole_step(folder: Path) -> None:
     assert all(factor > 0.85 for _, factor in found.values())
     assert abs(found[16][0]) < 1.2e-3
     assert abs(found[32][0]) < 4.1e-4
+
+
+def waveguide(folder: Path, cells: int, *options: str) -> float:
+    """How far TE11 of a round waveguide of so many cells is off: by Faraday's and Ampere's laws on one layer of cells."""
+    size = 2 / cells
+    n = cells + 4
+    low = -size * n / 2 + size * np.array(PLACE[:2])
+    ends = [*low, -size / 2, *(low + n * size), size / 2]
+    domain = ",".join(repr(float(end)) for end in ends)
+    arguments = ["metal.stl:pec=true", "guide.stl:eps_r=1", f"--domain={domain}", "--dims", f"{n},{n},1"]
+    hexcast("mesh", *arguments, "--backend", "cpu", "--conformal", "guide.npz", *options, cwd=folder)
+    with np.load(folder / "guide.npz") as yee:
+        lengths, areas = [yee["Lx"][0], yee["Ly"][0]], yee["Az"][0]
+    is_open = areas > 0
+    number = np.full(areas.shape, -1)
+    number[is_open] = np.arange(is_open.sum())
+    # the edges between neighbours along x are those along y
+    along_x = (number[:, :-1], number[:, 1:], lengths[1][:, 1:-1])
+    along_y = (number[:-1], number[1:], lengths[0][1:-1])
+    before, behind, weight = (np.concatenate([one.ravel(), other.ravel()]) for one, other in zip(along_x, along_y))
+    are_open = (before >= 0) & (behind >= 0)
+    before, behind, weight = before[are_open], behind[are_open], weight[are_open]
+    rows, columns = np.concatenate([before, behind, before, behind]), np.concatenate([before, behind, behind, before])
+    values = np.concatenate([weight, weight, -weight, -weight]) / size**2
+    curls = sparse.csc_matrix((values, (rows, columns)), shape=(is_open.sum(),) * 2)
+    found = eigsh(curls, 6, sparse.diags(areas[is_open]).tocsc(), sigma=OF_WAVEGUIDE**2, return_eigenvectors=False)
+    found = np.sqrt(abs(found))
+    # of both polarisations
+    return np.sort(abs(found / OF_WAVEGUIDE - 1))[:2].mean()
+
+
+@pytest.mark.parametrize("stable", ["0", "0.125", "0.25"])
+def test_a_round_waveguide_is_second_order(folder: Path, stable: str) -> None:
+    sides = 4000
+    # as large as a circle of radius 1
+    radius = np.sqrt(2 * np.pi / (sides * np.sin(2 * np.pi / sides)))
+    along_z = rod(radius, 4, sides)[..., [1, 2, 0]]
+    save(folder / "guide.stl", along_z - np.array([0, 0, 2]))
+    cells = np.array([16, 32, 64, 128])
+    off = np.array([waveguide(folder, n, "--stable", stable) for n in cells.tolist()])
+    order = -np.polyfit(np.log(cells), np.log(off), 1)[0]
+    print("off by", off, "order", order)
+    assert order > 1.94
+    assert off[-1] < 4e-5
