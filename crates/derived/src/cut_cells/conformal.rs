@@ -16,7 +16,7 @@
 //! the face behind that edge: so areas add up to what they did, and the scheme stays second order, which it does not where areas are made larger alone (`stable.rs`).
 //!
 //! Source: Dey and Mittra (1997); Benkler, Chavannes and Kuster (2006) bound the step by ratios; to take from neighbours, and to compute the bound, is ours.
-//! Cost: that of the cut cells with faces and edges, up to four times; some 300 bytes for each of them.
+//! Cost: that of the cut cells with faces and edges, up to four times; some 900 bytes for each edge that is cut. Lists are put in order and searched by one core.
 //!
 //! Out of scope: metal thinner than a cell that is no sheet. Its edges are as long as they are, but the field on both sides of it is one.
 
