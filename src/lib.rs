@@ -53,8 +53,7 @@ pub use hexcast_derived::cut_cells::conformal;
 pub use hexcast_derived::difference;
 #[doc(inline)]
 pub use hexcast_derived::mesh::{self, Mesh};
-#[doc(inline)]
-pub use hexcast_derived::{cut, fractions, gaps, leak, links, skin, staggered, walls};
+pub use hexcast_derived::{cut, distance, fractions, gaps, leak, links, skin, staggered, walls};
 #[cfg(feature = "export")]
 #[doc(inline)]
 pub use hexcast_files::export;

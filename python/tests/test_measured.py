@@ -89,6 +89,22 @@ def test_edges_and_faces_outside_metal_are_those_that_arithmetic_finds(mesh):
     assert caught.value.code == "no-metal"
 
 
+def test_distances_are_those_of_a_ball():
+    ball = {"mesh": sphere((0, 0, 0), 1, 60), "flag": 2}
+    mesh = hexcast.mesh(ball, cells=24, padding={"cells": 3}, backend="cpu", distance={"band": "all"})
+    numbers = mesh.distance.distance
+    assert numbers.shape == mesh.flags.shape and numbers.dtype == np.float64
+    assert np.array_equal(numbers < 0, mesh.flags == 2)
+    x, y, z = [0.5 * (lines[1:] + lines[:-1]) for lines in mesh.lines]
+    radius = np.sqrt(x**2 + y[:, None] ** 2 + z[:, None, None] ** 2)
+    assert np.abs(numbers - (radius - 1)).max() < 0.005
+    assert np.isinf(mesh.distance.width) and mesh.report["distance"]["width"] is None
+    assert np.array_equal(mesh.to_xarray()["distance"].values, numbers)
+    nodes = hexcast.mesh(ball, cells=24, backend="cpu", distance={"at": "nodes", "band": 2}).distance
+    assert nodes.distance.shape == tuple(n + 1 for n in (24, 24, 24))
+    assert nodes.distance.max() == nodes.width and nodes.distance.min() == -nodes.width
+
+
 def test_doubtful_cells_are_a_mesh():
     vertices, faces = sphere((0, 0, 0), 1)
     with pytest.warns(hexcast.MeshWarning, match="not closed"):
@@ -97,7 +113,7 @@ def test_doubtful_cells_are_a_mesh():
     assert mesh.doubt.lines[0].tolist() == mesh.lines[0].tolist()
 
 
-@pytest.mark.parametrize("kind", ["links", "fractions", "staggered", "conformal", "doubt"])
+@pytest.mark.parametrize("kind", ["links", "fractions", "staggered", "conformal", "distance", "doubt"])
 def test_what_was_not_asked_for_is_an_error(kind):
     with pytest.raises(hexcast.Error, match=f"{kind}") as caught:
         getattr(hexcast.mesh(BODY, **SIZE), kind)
@@ -105,7 +121,7 @@ def test_what_was_not_asked_for_is_an_error(kind):
     assert isinstance(caught.value, ValueError)
 
 
-NAMES = ["links.npz", "links.links", "fractions.npz", *(f"fractions.{of}" for of in ("vti", "vtr", "npy", "zarr", "zarr.zip")), "staggered.npz", "conformal.npz"]
+NAMES = ["links.npz", "links.links", "fractions.npz", *(f"fractions.{of}" for of in ("vti", "vtr", "npy", "zarr", "zarr.zip")), "staggered.npz", "conformal.npz", "distance.npz"]
 
 
 @pytest.mark.parametrize("size", [{}, {"window": (3, 2, 4, 20, 25, 28)}], ids=["whole", "window"])
@@ -118,8 +134,8 @@ def test_files_are_those_of_the_command(spot, tmp_path, command, name, size, is_
     if kind == "fractions" and size:
         of_fractions |= {"method": "exact", "edges": True, "centroids": True}
         words += ["--fraction-method", "exact", "--fraction-edges", "--fraction-centroids"]
-    words += ["--metal", "1"] if kind == "conformal" else []
-    asked = {"links": {}, "fractions": of_fractions, "staggered": True, "conformal": {"metal": [1]}}[kind]
+    words += {"conformal": ["--metal", "1"], "distance": ["--distance-at", "nodes"]}.get(kind, [])
+    asked = {"links": {}, "fractions": of_fractions, "staggered": True, "conformal": {"metal": [1]}, "distance": {"at": "nodes"}}[kind]
     mesh = hexcast.mesh(spot, cells=32, padding={"cells": 2}, backend="cpu", **size, **{kind: asked})
     if is_pickled:
         mesh = pickle.loads(pickle.dumps(mesh))

@@ -94,9 +94,8 @@ impl WebMesh {
                     links::write_records(measured.links()?, &mut out, &control).await.map(|_| ())
                 }))
             }
-            ("", ending) => self.work_of_cells(false, format_of(ending)?, given.of_mesh(PIECE_BYTES)),
-            ("fractions", ending) if ending != "npz" => {
-                self.work_of_cells(true, format_of(ending)?, given.of_mesh(PIECE_BYTES))
+            (of @ ("" | "fractions" | "distance"), ending) if of.is_empty() || ending != "npz" => {
+                self.work_of_cells(of, format_of(ending)?, given.of_mesh(PIECE_BYTES))
             }
             (of, _) => {
                 measured.arrays(&mesh, of)?;
@@ -109,10 +108,10 @@ impl WebMesh {
         }
     }
 
-    /// The work of a file that holds a number for each cell: its flag, or the fraction that is not background.
-    fn work_of_cells(&self, is_solid: bool, format: Format, options: Options) -> Result<Resting> {
+    /// The work of a file that holds a number for each cell: its flag, or of `fractions` what is not background, or its distance.
+    fn work_of_cells(&self, of: &str, format: Format, options: Options) -> Result<Resting> {
         let (mesh, measured, options) = (self.mesh.clone(), self.measured.clone(), options.with_zarr(self.zarr));
-        let cells = cells_of(&mesh, &measured, is_solid, &options)?;
+        let cells = cells_of(&mesh, &measured, of, &options)?;
         cells.around(format)?;
         if format == Format::ZarrZip {
             let n_bytes = cells.store()?.row_bytes();
@@ -128,16 +127,21 @@ impl WebMesh {
         // of these the sizes of all blocks precede the first
         let is_image = matches!((format, options.compress), (Format::Vti | Format::Vtr, Compress::Zlib(_)));
         let n_rests = if is_image { mesh.slabs(cells.n_of_slab()).count() } else { 0 };
+        let of = of.to_string();
         Ok(Resting::new(n_rests, move |mut out, control| async move {
-            let cells = cells_of(&mesh, &measured, is_solid, &options)?;
+            let cells = cells_of(&mesh, &measured, &of, &options)?;
             cells.write(format, &mut out, &control).await.map(|_| ())
         }))
     }
 }
 
-/// What a file has for its cells: the fraction that is not background, or flags.
-fn cells_of<'a>(mesh: &'a Mesh, measured: &'a Measured, is_solid: bool, options: &'a Options) -> Result<Cells<'a>> {
-    if is_solid { Cells::solid(mesh, measured.fractions()?, options) } else { Ok(Cells::flags(mesh, options)) }
+/// What a file has for its cells.
+fn cells_of<'a>(mesh: &'a Mesh, measured: &'a Measured, of: &str, options: &'a Options) -> Result<Cells<'a>> {
+    match of {
+        "fractions" => Cells::solid(mesh, measured.fractions()?, options),
+        "distance" => Cells::distance(mesh, measured.distance()?, options),
+        _ => Ok(Cells::flags(mesh, options)),
+    }
 }
 
 /// Encodes a file, piece by piece.

@@ -27,6 +27,7 @@ mod compare;
 mod conformal;
 mod converge;
 mod cut_faces;
+mod distance;
 #[cfg(feature = "cli")]
 mod examples;
 mod facets_in_file;

@@ -395,6 +395,8 @@ const COMPLETE: &[(&str, &str)] = &[
     ("job Axis", "the three axes"),
     ("job AxisChoice", "the three axes, or the best of them"),
     ("job ByteSize", "a number of bytes"),
+    ("job Band", "a value of the job file: a number or a word"),
+    ("job Everywhere", "the only word of a band"),
     ("job Level", "a value of the job file: a number or a word"),
     ("job LinesJob", "a list for each of the three axes"),
     ("job Names", "a value of the job file: one name or several"),

@@ -261,6 +261,11 @@ export class Mesh {
     return this.#measured('conformal', options);
   }
 
+  /** @param {CallOptions} [options] @returns {Promise<import('../hexcast.js').Distances>} */
+  async distance(options) {
+    return this.#measured('distance', options);
+  }
+
   /** @param {import('../core/arrays.js').Measured} of @param {CallOptions} [options] @returns {Promise<any>} */
   #measured(of, options) {
     return this.#call('arrays', { of }, optionsOf(options, CALL));

@@ -159,6 +159,20 @@ export interface StaggeredReport {
   sheet_faces: number;
 }
 
+/** Signed distances of nx x ny x nz cells, or nodes, one more along each axis. */
+export interface Distances {
+  /** Distance to the nearest surface, x fastest, in the unit of the files: negative inside. */
+  distance: Float64Numbers;
+  /** Lines of each axis, cells + 1 numbers, in the unit of the files. */
+  x: Float64Numbers;
+  y: Float64Numbers;
+  z: Float64Numbers;
+  /** The cell of the first number, counted in the box: 0, 0, 0 but for windows and parts. */
+  origin: Int32Numbers;
+  /** One number: the largest distance that is known, infinite where all are. */
+  width: Float64Numbers;
+}
+
 /** Edges and faces outside metal, counted. */
 export interface ConformalReport {
   /** Edges of which a part lies in metal. Those on the last line of a window or part are counted by the one behind it. */
@@ -208,4 +222,12 @@ export interface Level {
     /** The sum of `areas` is so many times that of `mesh_areas`, less 1; null where `mesh_volume` is. */
     area_error: number | null;
   }[];
+}
+
+/** Signed distances. */
+export interface DistanceReport {
+  /** Facets whose distances count. */
+  facets: number;
+  /** Largest distance that is known, in the unit of the files; null where all are. */
+  width: number | null;
 }

@@ -132,6 +132,22 @@ export interface ConformalJob {
   stable?: number;
 }
 
+/** Asks for the signed distance of points to the nearest surface. */
+export interface DistanceJob {
+  /**
+   * Where: "centres" of cells, or "nodes", the crossings of lines. `centres`: at the centres of cells. `nodes`: at the crossings of lines: one
+   * more than cells along each axis. Default `centres`.
+   */
+  at?: 'centres' | 'nodes';
+  /**
+   * How far from surfaces distances are known, in cells (of the longest edge of any), above 0; or "all". By default 3. Beyond it they are its
+   * width. Default `3`.
+   */
+  band?: number | 'all';
+  /** Flags of the geometries whose surfaces count, as if there were no others; by default all. */
+  flags?: readonly number[];
+}
+
 /** What is meshed and how: the native job file, with sources in place of file names. */
 export interface Job {
   /** The geometries, in order: where two of equal priority overlap, one that is closed or flat wins over one that is not, else the later. */
@@ -228,6 +244,8 @@ export interface Job {
   conductors?: readonly number[];
   /** Measures the fractions of edges and faces that lie outside metal. See `Mesh.conformal`. */
   conformal?: ConformalJob;
+  /** Measures the signed distance of centres or nodes to the nearest surface. See `Mesh.distance`. */
+  distance?: DistanceJob;
   /**
    * Along which axis the rays run; the cells do not depend on it. `auto`: the axis with most cells; those with less than an eighth fewer count
    * as equal, and of equals the first is taken. `x`: along x. `y`: along y. `z`: along z. Default `auto`.

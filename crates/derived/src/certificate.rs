@@ -13,6 +13,7 @@ use hexcast_core::stages::cast::Cast;
 
 mod gaps;
 mod overlaps;
+pub mod shells;
 mod thin;
 
 pub use gaps::{FlagGap, FlagGaps};

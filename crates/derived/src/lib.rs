@@ -10,13 +10,12 @@ pub mod cut;
 #[doc(hidden)]
 pub mod cut_cells;
 pub mod difference;
+pub mod distance;
 pub mod fractions;
 pub mod gaps;
 pub mod leak;
 pub mod links;
 pub mod mesh;
-#[doc(hidden)]
-pub mod shells;
 pub mod skin;
 pub mod staggered;
 /// What tests of several crates use.

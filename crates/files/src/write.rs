@@ -32,18 +32,20 @@ use hexcast_core::base::checksum::hex;
 use hexcast_core::base::control::{Control, at_once};
 use hexcast_core::base::error::{Error, Result};
 use hexcast_core::grid::lines::Lines;
+use hexcast_derived::distance::Distance;
 use hexcast_derived::fractions::Fractions;
 use hexcast_derived::mesh::Mesh;
 
 pub use archive::{Array, write_arrays};
-use cells::Cells;
+use cells::{Cells, Numbers};
 pub use measured::conformal::write_conformal;
+pub use measured::distance::write_distance;
 pub use measured::fractions::write_fractions;
 pub use measured::links::{LinksFormat, write_links};
 use measured::solid;
 pub use measured::staggered::write_staggered;
 #[doc(hidden)]
-pub use measured::{conformal, fractions, links, staggered};
+pub use measured::{conformal, distance, fractions, links, staggered};
 pub use options::{AxisOrder, Compress, Format, Options, Written};
 pub use sidecar::sidecar_json;
 pub use sink::Sink;
@@ -80,6 +82,22 @@ pub fn write_solid(
     control: &Control,
 ) -> Result<u64> {
     let cells = Cells::solid(mesh, fractions, options)?;
+    Ok(at_once(cells.write(format, out, &control.without_pauses()))?.n_bytes)
+}
+
+/// Writes the signed distance of every cell or node, as 64-bit floating point, x fastest. Returns the number of bytes.
+///
+/// # Errors
+/// `job-conflict` where mesh and distances are not of the same box, or the format is none of `.vti`, `.vtr`, `.npy` and, of cells, `.zarr.zip`; `lines-graded` for `.vti`
+/// where cells differ in size; `job-value` where the compression level is not 1 to 9; `io` where `out` fails; `cancelled`.
+pub fn write_distance_cells(
+    mesh: &Mesh,
+    distance: &Distance,
+    (format, options): (Format, &Options),
+    out: &mut dyn io::Write,
+    control: &Control,
+) -> Result<u64> {
+    let cells = Cells::distance(mesh, distance, options)?;
     Ok(at_once(cells.write(format, out, &control.without_pauses()))?.n_bytes)
 }
 
@@ -156,9 +174,7 @@ impl<'a> Cells<'a> {
     /// # Errors
     /// Those of a file before its first byte: what the format cannot hold, and options that it would ignore.
     pub fn around(&self, format: Format) -> Result<Option<(Vec<u8>, Vec<u8>)>> {
-        if self.fractions.is_some() {
-            solid::check_format(format)?;
-        }
+        self.check_format(format)?;
         check(format, self.options)?;
         check_lines(self.mesh.lines(), format)?;
         if self.options.bits {
@@ -174,11 +190,9 @@ impl<'a> Cells<'a> {
     }
 
     fn head_and_tail(&self, format: Format) -> Option<(Vec<u8>, Vec<u8>)> {
-        let dims = self.mesh.dims();
         match (format, self.options.compress) {
             (Format::Raw, _) => Some((Vec::new(), Vec::new())),
-            (Format::Npy, _) if self.fractions.is_some() => Some((solid::npy_header(dims), Vec::new())),
-            (Format::Npy, _) => Some((npy::header(dims, self.options), Vec::new())),
+            (Format::Npy, _) => Some((self.npy_header(), Vec::new())),
             (Format::Vti | Format::Vtr, Compress::None) => Some(vti::head_and_tail(self, format)),
             _ => None,
         }
@@ -189,9 +203,10 @@ impl<'a> Cells<'a> {
     /// # Errors
     /// Those of [`Store::new`].
     pub fn store(&self) -> Result<Store<'a>> {
-        let cells = match self.fractions {
-            Some(fractions) => solid::cells_of_store(self.mesh, fractions)?,
-            None => OfCells::flags(),
+        let cells = match self.numbers {
+            Numbers::Flags => OfCells::flags(),
+            Numbers::Solid(fractions) => solid::cells_of_store(self.mesh, fractions)?,
+            Numbers::Distance(distance) => distance::cells_of_store(self.mesh, distance)?,
         };
         Store::new(self.mesh, &Place::of_whole(self.mesh), cells, self.options)
     }
@@ -201,9 +216,9 @@ impl<'a> Cells<'a> {
     /// # Errors
     /// Those of [`Cells::around`]; `io` where `out` fails; `cancelled`, looked at before every slab.
     pub async fn write(&self, format: Format, out: &mut dyn io::Write, control: &Control) -> Result<Written> {
-        let Cells { mesh, options, fractions } = self;
+        let &Cells { mesh, options, .. } = self;
         let around = self.around(format)?;
-        let mut sink = Sink::new(out, if fractions.is_some() { "the fractions" } else { "the mesh" });
+        let mut sink = Sink::new(out, self.named());
         sink.hash = (format == Format::Raw && options.sha256).then(Sha256::new);
         match (around, options.compress) {
             (Some((head, tail)), _) => {

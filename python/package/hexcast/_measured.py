@@ -268,8 +268,34 @@ class Conformal(Arrays):
         self._save_npz(path, "edges and faces outside metal are", compress)
 
 
+@dataclass(frozen=True, eq=False, repr=False)
+class Distances(Arrays):
+    """Signed distances to the nearest surface: ``docs/distance.md``."""
+
+    #: Distance of each cell, of shape (z, y, x), in the unit of the files, negative inside; at nodes one more along each axis.
+    distance: NDArray[np.float64]
+    #: The lines on each axis.
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    z: NDArray[np.float64]
+    #: The first cell of the mesh, counted in the box: 0 but for windows.
+    origin: NDArray[np.int32]
+    #: The largest distance that is known, one number (of shape ()): infinite where all are.
+    width: NDArray[np.float64]
+
+    def __repr__(self) -> str:
+        return f"<hexcast.Distances: {' x '.join(map(str, self.distance.shape[::-1]))}, exact up to {float(self.width):g}>"
+
+    def save(self, path: Union[str, os.PathLike[str]], *, compress: Compress = None) -> None:
+        """Writes the file of the command's ``--distance``, ``.npz``, byte for byte.
+
+        :param compress: level, 1 to 9 or ``"none"``; by default 6.
+        """
+        self._save_npz(path, "distances are", compress)
+
+
 def arrays_of(raw: _hexcast.RawMesh, kind: str) -> dict[str, NDArray[Any]]:
-    """The arrays of links, fractions, a staggered grid or edges and faces outside metal; nobody can write to them, as they stay what is saved."""
+    """The arrays of links, fractions, a staggered grid, edges and faces outside metal or distances; nobody can write to them, as they stay what is saved."""
     arrays = {}
     for index, (name, dtype, shape) in enumerate(_hexcast.arrays(raw, kind)):
         try:
@@ -300,6 +326,10 @@ def conformal_of(raw: _hexcast.RawMesh) -> Conformal:
     return Conformal(**arrays_of(raw, "conformal"))
 
 
+def distances_of(raw: _hexcast.RawMesh) -> Distances:
+    return Distances(**arrays_of(raw, "distance"))
+
+
 def in_dataset(
     data: xarray.Dataset, measured: Mapping[str, Any], lines: tuple[NDArray[np.float64], ...]
 ) -> xarray.Dataset:
@@ -318,7 +348,11 @@ def in_dataset(
                 variables[name if is_surface else f"cut_{name}"] = (dimensions[: array.ndim], array)
     if "doubt" in measured:
         variables["doubtful"] = (("z", "y", "x"), measured["doubt"].flags)
-    on_lines = {"staggered": ("Ex", "Ey", "Ez", "Hx", "Hy", "Hz"), "conformal": ("Lx", "Ly", "Lz", "Ax", "Ay", "Az")}
+    on_lines = {
+        "staggered": ("Ex", "Ey", "Ez", "Hx", "Hy", "Hz"),
+        "conformal": ("Lx", "Ly", "Lz", "Ax", "Ay", "Az"),
+        "distance": ("distance",),
+    }
     for kind in [kind for kind in on_lines if kind in measured]:
         data = data.assign_coords({f"{axis}_line": of for axis, of in zip("xyz", lines)})
         for name in on_lines[kind]:

@@ -17,10 +17,12 @@ from ._files import save
 from ._html import html_of
 from ._measured import (
     Conformal,
+    Distances,
     Fractions,
     Links,
     Staggered,
     conformal_of,
+    distances_of,
     fractions_of,
     in_dataset,
     links_of,
@@ -35,7 +37,7 @@ if TYPE_CHECKING:
     import xarray
 
 #: What a mesh may have beside its cells.
-MEASURED = ("links", "fractions", "staggered", "conformal", "doubt")
+MEASURED = ("links", "fractions", "staggered", "conformal", "distance", "doubt")
 #: Bytes of the flags of a slab, unless the caller says.
 SLAB_BYTES = 32 << 20
 
@@ -168,6 +170,11 @@ class Mesh:
     def conformal(self) -> Conformal:
         """What of edges and faces lies outside metal, which the option ``conformal`` asks for. 48 bytes a cell."""
         return conformal_of(self._raw)
+
+    @cached_property
+    def distance(self) -> Distances:
+        """Signed distances to the nearest surface, which the option ``distance`` asks for. 8 bytes a cell."""
+        return distances_of(self._raw)
 
     @cached_property
     def doubt(self) -> Mesh:

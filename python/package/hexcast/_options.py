@@ -148,6 +148,9 @@ class JobOptions(TypedDict, total=False):
     conductors: Sequence[int]
     #: Measures the fractions of edges and faces that lie outside metal. Keys: ``metal``, ``stable``. Counted in ``report["conformal"]``.
     conformal: Mapping[str, Any]
+    #: Measures the signed distance of centres or nodes to the nearest surface. Keys: ``at``, ``band``, ``flags``. Described in
+    #: ``report["distance"]``.
+    distance: Mapping[str, Any]
     #: What meshes: the GPU or the CPU; the cells do not depend on it. ``auto``: the GPU where there is an adapter, else the CPU. ``gpu``:
     #: the GPU; an error where there is none. ``cpu``: the CPU. Default ``auto``.
     backend: Literal["auto", "gpu", "cpu"]

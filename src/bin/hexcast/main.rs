@@ -216,6 +216,10 @@ mod tests {
             ("metal", "conformal"),
             ("stable", "conformal"),
             ("conformal", "conformal_output"),
+            ("distance", "distance_output"),
+            ("distance-at", "distance"),
+            ("distance-band", "distance"),
+            ("distance-flags", "distance"),
         ];
         let command = Cli::command();
         let mesh = command.find_subcommand("mesh").unwrap();

@@ -1,4 +1,4 @@
-//! What is measured at surfaces once the flags are known: links from cells to surfaces, the fractions of cells, and points of a staggered grid.
+//! What is measured at surfaces once the flags are known: links from cells to surfaces, the fractions of cells, points of a staggered grid, edges and faces outside metal, and distances.
 
 use super::backend::Backend;
 use super::cut::Cut;
@@ -12,6 +12,7 @@ use hexcast_core::input::job::{FractionsMethod, Job};
 use hexcast_core::stages::inside::Kind;
 use hexcast_derived::cut_cells::conformal::Conformal;
 use hexcast_derived::cut_cells::{CutBy, exact_fractions};
+use hexcast_derived::distance::Distance;
 use hexcast_derived::fractions::{Fractions, fractions};
 use hexcast_derived::links::{Field, Links};
 use hexcast_derived::staggered::Staggered;
@@ -23,13 +24,14 @@ pub(super) struct Measured {
     pub(super) fractions: Option<Fractions>,
     pub(super) staggered: Option<Staggered>,
     pub(super) conformal: Option<Conformal>,
+    pub(super) distance: Option<Distance>,
 }
 
 impl Measured {
     /// Measures all that a job asks for, at facets from which nothing was taken: each is held with those before it.
     ///
     /// # Errors
-    /// Those of [`Uncut::links`], [`Uncut::fractions`], [`Uncut::staggered`] and [`Uncut::conformal`].
+    /// Those of [`Uncut::links`], [`Uncut::fractions`], [`Uncut::staggered`], [`Uncut::conformal`] and [`Uncut::distance`].
     pub(super) async fn new(
         task: &Task<'_>,
         uncut: Option<&Uncut>,
@@ -44,7 +46,9 @@ impl Measured {
         bytes_left = bytes_left.saturating_sub(fractions.as_ref().map_or(0, Fractions::n_bytes));
         let staggered = uncut.staggered(task, (cut, meshed), bytes_left, backend).await?;
         let conformal = uncut.conformal(task, bytes_left, backend).await?;
-        Ok(Measured { links, fractions, staggered, conformal })
+        // those before it are counted by no number of their own
+        let distance = uncut.distance(task, bytes_left, backend).await?;
+        Ok(Measured { links, fractions, staggered, conformal, distance })
     }
 }
 

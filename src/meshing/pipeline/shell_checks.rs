@@ -20,9 +20,9 @@ use hexcast_core::grid::lines::Lines;
 use hexcast_core::grid::volume_bound::BoundSums;
 use hexcast_core::input::geometry::{Fill, Geometry};
 use hexcast_core::input::job::Job;
-use hexcast_derived::shells::lone::{CellBox, cells_of, stand_alone, volumes};
-use hexcast_derived::shells::numbers::Numbers;
-use hexcast_derived::shells::own_cells::{Alone, Caster, Shell, shells};
+use hexcast_derived::certificate::shells::lone::{CellBox, cells_of, stand_alone, volumes};
+use hexcast_derived::certificate::shells::numbers::Numbers;
+use hexcast_derived::certificate::shells::own_cells::{Alone, Caster, Shell, shells};
 
 /// By how many times as many cells along each axis are tried for shells without cells.
 const FACTORS: [u32; 8] = [2, 3, 4, 6, 8, 12, 16, 24];

@@ -1,4 +1,5 @@
-//! What solvers of Maxwell's equations have fields on: the points of a staggered grid, cast as six boxes in the frame of the mesh, on its backend; and edges and faces outside metal.
+//! What solvers of Maxwell's equations have fields on: the points of a staggered grid, cast as six boxes in the frame of the mesh, on its backend; edges and faces outside metal; and
+//! the points that distances are those of.
 
 use super::backend::Backend;
 use super::cut::Cut;
@@ -11,13 +12,14 @@ use hexcast_core::cells::columns::Columns;
 use hexcast_core::grid::frame::Frame;
 use hexcast_core::grid::rays::Rays;
 use hexcast_core::input::geometry::{Fill, Geometry};
-use hexcast_core::input::job::ConformalJob;
+use hexcast_core::input::job::{ConformalJob, Points};
 use hexcast_core::open_surfaces::doubt::Doubt;
 use hexcast_core::open_surfaces::overlay::split;
 use hexcast_core::stages::cast::Cast;
 use hexcast_core::stages::inside::Kind;
 use hexcast_derived::cut_cells::CutBy;
 use hexcast_derived::cut_cells::conformal::{Conformal, Metal, REACH, conformal};
+use hexcast_derived::distance::{self, Distance};
 use hexcast_derived::staggered::{COMPONENTS, Conductors, Staggered, check_dims};
 
 /// The geometries of a job as they count where fields are: those with an inside, and sheets.
@@ -32,7 +34,8 @@ pub(super) struct Bodies {
 }
 
 impl Uncut {
-    pub(super) fn bodies(&self, prepared: &Prepared) -> Bodies {
+    /// Those of which `counts` says so.
+    pub(super) fn bodies(&self, prepared: &Prepared, counts: impl Fn(&Geometry) -> bool) -> Bodies {
         let mut frame = self.frame.clone();
         let flags = std::mem::take(&mut frame.ranks.flag_of_rank);
         frame.ranks.flag_of_rank = (1..=flags.len() as u8).collect();
@@ -41,11 +44,13 @@ impl Uncut {
         let is_flat = |position: usize| is_flat(&frame, position) && !geometry_at(position).invert;
         let is_flat: Vec<bool> = (0..prepared.geometries.len()).map(is_flat).collect();
         let sheets = frame.with_some(|position| geometry_at(position).fill != Fill::Centre || is_flat[position]);
-        let frame = frame.with_some(|position| !geometry_at(position).shell && !is_flat[position]);
+        let is_gone =
+            |position: usize| geometry_at(position).shell || is_flat[position] || !counts(geometry_at(position));
+        let is_gone: Vec<bool> = (0..prepared.geometries.len()).map(is_gone).collect();
+        let frame = frame.with_some(|position| !is_gone[position]);
         let mut insides: Vec<Geometry> = prepared.geometries.to_vec();
         for (position, &index) in frame.ranks.geometry_at.iter().enumerate() {
-            let is_gone = insides[index].shell || is_flat[position];
-            (insides[index].fill, insides[index].shell) = (Fill::Centre, is_gone);
+            (insides[index].fill, insides[index].shell) = (Fill::Centre, is_gone[position]);
         }
         Bodies { frame, insides, sheets, flags }
     }
@@ -71,7 +76,7 @@ impl Uncut {
         let near = window.with_neighbours(dims);
         let control = &backend.control.without_progress();
         let mut backend = backend.with_control(control);
-        let bodies = self.bodies(prepared);
+        let bodies = self.bodies(prepared, |_| true);
         let (mut staggered, left) = self.staggered_near(task, (&bodies, near), max_bytes, &mut backend).await?;
         if !job.conductors.is_empty() {
             let cells = match near == prepared.cast_cells() {
@@ -130,7 +135,7 @@ impl Uncut {
         let near = window.with_near(REACH, dims);
         let control = &backend.control.without_progress();
         let mut backend = backend.with_control(control);
-        let mut bodies = self.bodies(prepared);
+        let mut bodies = self.bodies(prepared, |_| true);
         let (mut sheets, mut left) = (Vec::new(), max_bytes);
         if !bodies.sheets.facets.is_empty() {
             sheets = self.staggered_near(task, (&bodies, near), left, &mut backend).await?.0.sheets;
@@ -153,6 +158,38 @@ impl Uncut {
         let by = CutBy { frame, lines, rule: job.rule, kinds: &kinds, is_oriented: &is_oriented };
         let metal = Metal { is_metal: &is_metal, sheets: &sheets, stable: asked.stable };
         conformal(by, ([window.first, window.end], near), metal, codes, (left, control)).await.map(Some)
+    }
+
+    /// Signed distances.
+    ///
+    /// # Errors
+    /// `job-value` where flags whose surfaces count are none of the job's; `memory`; those of [`crate::meshing::pipeline::Engine::columns`].
+    pub(super) async fn distance(
+        &self,
+        task: &Task<'_>,
+        max_bytes: u64,
+        backend: &mut Backend<'_>,
+    ) -> Result<Option<Distance>> {
+        let &Task { job, prepared, .. } = task;
+        let Some(asked) = &job.distance else { return Ok(None) };
+        let of_nodes = asked.at == Points::Nodes;
+        if of_nodes {
+            check_dims(self.frame.dims, "distances at nodes")?;
+        }
+        check_flags(prepared, ("distance.flags (--distance-flags)", &asked.flags), "name flags of geometries")?;
+        let counts = |geometry: &Geometry| asked.flags.is_empty() || asked.flags.contains(&geometry.flag);
+        let window = prepared.cell_window();
+        let window = [window.first, window.end];
+        let control = &backend.control.without_progress();
+        let mut backend = backend.with_control(control);
+        let bodies = self.bodies(prepared, counts);
+        // this frame, the two made of it, and one that is cast
+        let left = max_bytes.saturating_sub(4 * 38 * self.frame.facets.len() as u64);
+        let codes = self.points(task, (&bodies, window, [of_nodes; 3]), left, &mut backend).await?;
+        let left = max_bytes.saturating_sub(codes.n_bytes());
+        let points = distance::Asked { window, of_nodes, band: asked.band.cells() };
+        let geometries = prepared.geometries.iter().filter(|geometry| counts(geometry));
+        Distance::new(&prepared.whole, &points, geometries, (codes, &bodies.flags), left).map(Some)
     }
 
     /// The codes at the points of a component in some cells: at their centres, or along some axes on their lines.
@@ -203,12 +240,20 @@ fn metal(asked: &ConformalJob, prepared: &Prepared) -> Result<[bool; 256]> {
             "name the flags of metal, as in conformal.metal = [1] (--metal 1), or mark geometries (FILE:pec=true)";
         return Err(Error::new("no-metal", "conformal is asked for, and no flag is metal", hint));
     }
-    let is_known = |flag: &u8| *flag == 0 || prepared.geometries.iter().any(|geometry| geometry.flag == *flag);
-    if let Some(unknown) = named.iter().find(|flag| !is_known(flag)) {
-        let message = format!("no geometry has flag {unknown}, which conformal.metal (--metal) names");
-        return Err(Error::new("job-value", message, "name flags of geometries, or 0 for the background"));
-    }
+    let flags: Vec<u8> = named.iter().copied().filter(|flag| *flag != 0).collect();
+    check_flags(prepared, ("conformal.metal (--metal)", &flags), "name flags of geometries, or 0 for the background")?;
     let mut is_metal = [false; 256];
     named.iter().for_each(|flag| is_metal[usize::from(*flag)] = true);
     Ok(is_metal)
+}
+
+/// Refuses flags that a key names and no geometry has.
+fn check_flags(prepared: &Prepared, (key, flags): (&str, &[u8]), hint: &str) -> Result<()> {
+    let is_known = |flag: &u8| prepared.geometries.iter().any(|geometry| geometry.flag == *flag);
+    match flags.iter().find(|flag| !is_known(flag)) {
+        Some(unknown) => {
+            Err(Error::new("job-value", format!("no geometry has flag {unknown}, which {key} names"), hint))
+        }
+        None => Ok(()),
+    }
 }

@@ -17,8 +17,8 @@ use hexcast_core::input::geometry::{Facet, Fill, Geometry, Open};
 use hexcast_core::input::job::{Job, Rule};
 use hexcast_core::stages::cast::Cast;
 use hexcast_core::stages::cpu::{self, Window, window_of_rows};
+use hexcast_derived::certificate::shells::{n_rays_looked_at, overlapping_shells};
 use hexcast_derived::mesh::Mesh;
-use hexcast_derived::shells::{n_rays_looked_at, overlapping_shells};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 

@@ -8,6 +8,7 @@ use hexcast_core::base::parallel::*;
 use hexcast_core::grid::lines::Lines;
 use hexcast_core::input::job::Stencil;
 use hexcast_derived::cut_cells::conformal::{Conformal, Counts};
+use hexcast_derived::distance::Distance;
 use hexcast_derived::fractions::Fractions;
 use hexcast_derived::links::{Link, Links};
 use hexcast_derived::staggered::{COMPONENTS, Points, SheetFace, Staggered};
@@ -207,5 +208,24 @@ impl ConformalReport {
             dt_factor / (SPEED_OF_LIGHT * of_axes.sqrt())
         });
         ConformalReport { cut_edges, cut_faces, enlarged_faces, unbalanced_faces, sampled_cells, dt_factor, dt }
+    }
+}
+
+/// Signed distances.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub struct DistanceReport {
+    /// Facets whose distances count.
+    pub facets: u64,
+    /// Largest distance that is known, in the unit of the files; null where all are.
+    pub width: Option<f64>,
+}
+
+impl DistanceReport {
+    /// Says what there is.
+    pub fn new(distance: &Distance) -> DistanceReport {
+        let width = Some(distance.width).filter(|width| width.is_finite());
+        DistanceReport { facets: distance.n_facets(), width }
     }
 }

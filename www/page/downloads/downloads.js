@@ -51,6 +51,7 @@ function guess(mesh, { id, format }) {
   // a store says twice what it is
   const ofStore = 20_000 + 80 * nLines;
   if (format === 'zarr') return `less than ${bytes(mesh.report.cells + ofStore)}`;
+  if (format.startsWith('distance.')) return `less than ${bytes(8 * mesh.report.cells + ofStore)}`;
   if (format.startsWith('fractions.')) return `less than ${bytes(4 * mesh.report.cells + ofStore)}`;
   // the lines are 8 bytes each
   const lines = mesh.lines.spacing && format !== 'npz' ? 0 : 1500 + 8 * nLines;

@@ -42,6 +42,10 @@ const FILES = [
     format: 'conformal.npz',
     options: PACKED,
   }),
+  ...['npz', 'vti', 'vtr'].map((ending) => {
+    const [id, format] = [`distance-${ending}`, /** @type {Format} */ (`distance.${ending}`)];
+    return file(id, format, 'Signed distances', 'of every cell', { format, options: PACKED });
+  }),
   ...Object.entries(formats).flatMap(([name, { kind, program = '', about = '', file: named = '' }]) => {
     if (kind !== 'export') return [];
     const isArchive = named.endsWith('.zip');

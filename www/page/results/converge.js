@@ -24,6 +24,7 @@ const CHOSEN = /** @type {const} */ ([
   'fractions',
   'staggered',
   'conformal',
+  'distance',
 ]);
 
 /** What was found last. @type {Level[]} */

@@ -2,6 +2,7 @@
 
 #[doc(hidden)]
 pub mod conformal;
+pub mod distance;
 pub mod fractions;
 #[doc(hidden)]
 pub mod links;

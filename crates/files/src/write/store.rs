@@ -1,6 +1,6 @@
 //! Zarr v3, as files by their names: a group with a number for each cell as a sharded array, and the centres of the cells along each axis.
 //!
-//! Mesh, options -> names and bytes. The group holds `flag` (uint8, axes z, y, x), or `solid` (float32) for fractions, and `z`, `y`, `x` (float64),
+//! Mesh, options -> names and bytes. The group holds `flag` (uint8, axes z, y, x), `solid` (float32) for fractions, or `distance` (float64), and `z`, `y`, `x` (float64),
 //! the centres of the cells, so that xarray finds them as coordinates. Attributes of `flag`: `origin`, `spacing`, `unit`,
 //! `lines` (null past [`super::sidecar::MAX_LINES`] cells, as in the sidecar of `.raw`) and `flags` with their names.
 //!

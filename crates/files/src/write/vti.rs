@@ -1,6 +1,6 @@
 //! `.vti` and `.vtr`: VTK image data, or a rectilinear grid, an XML head and the flags appended as raw bytes or zlib blocks.
 //!
-//! Cells are VTK cells: the extent counts mesh lines, `0 nx 0 ny 0 nz`, from the origin in steps of the spacing; `.vtr` lists them in
+//! Cells are VTK cells, nodes VTK points: the extent counts mesh lines, `0 nx 0 ny 0 nz`, from the origin in steps of the spacing; `.vtr` lists them in
 //! its head, in digits that read back to the same f64. The
 //! cell array is `flag` (UInt8, x fastest); the field data carry `unit`, `flag_values`, `flag_names` and, of
 //! jobs with materials, `flag_materials` as JSON.
@@ -122,6 +122,7 @@ impl BlockTable {
 fn head(cells: &Cells, format: Format) -> String {
     let Cells { mesh, options, .. } = cells;
     let (name, type_name) = cells.kind();
+    let of = if cells.are_of_nodes() { "PointData" } else { "CellData" };
     let [nx, ny, nz] = mesh.dims();
     let extent = format!("0 {nx} 0 {ny} 0 {nz}");
     let compressor = match options.compress {
@@ -140,9 +141,9 @@ fn head(cells: &Cells, format: Format) -> String {
 <VTKFile type="{kind}" version="1.0" byte_order="LittleEndian" header_type="UInt64"{compressor}>
   <{kind} WholeExtent="{extent}"{place}>
 {field_data}    <Piece Extent="{extent}">
-      <CellData Scalars="{name}">
+      <{of} Scalars="{name}">
         <DataArray type="{type_name}" Name="{name}" format="appended" offset="0"/>
-      </CellData>
+      </{of}>
 {coordinates}    </Piece>
   </{kind}>
   <AppendedData encoding="raw">

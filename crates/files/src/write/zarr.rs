@@ -15,11 +15,12 @@ use hexcast_core::base::error::Result;
 use hexcast_core::base::parallel::*;
 use hexcast_core::cells::flags::n_cells;
 use hexcast_core::grid::lines::Lines;
+use hexcast_derived::distance::Distance;
 use hexcast_derived::fractions::Fractions;
 use hexcast_derived::mesh::{Mesh, Named};
 
 use super::Options;
-use super::measured::solid::cells_of_store;
+use super::measured::{distance, solid};
 use super::store::{Head, OfCells, Store};
 use crate::shards::Shards;
 pub use check::Stored;
@@ -75,7 +76,22 @@ pub fn write_solid(
     set: &Set<'_>,
     control: &Control,
 ) -> Result<()> {
-    let files = Store::new(mesh, &Place::of_whole(mesh), cells_of_store(mesh, fractions)?, options)?;
+    let files = Store::new(mesh, &Place::of_whole(mesh), solid::cells_of_store(mesh, fractions)?, options)?;
+    put(&files, options, set, control, |_| ())
+}
+
+/// Writes the signed distance of every cell as `distance` (float64) to a store of its own.
+///
+/// # Errors
+/// Those of [`write()`]; `job-conflict` where mesh and distances are not of the same box, or they are those of nodes.
+pub fn write_distance(
+    mesh: &Mesh,
+    distance: &Distance,
+    options: &Options,
+    set: &Set<'_>,
+    control: &Control,
+) -> Result<()> {
+    let files = Store::new(mesh, &Place::of_whole(mesh), distance::cells_of_store(mesh, distance)?, options)?;
     put(&files, options, set, control, |_| ())
 }
 

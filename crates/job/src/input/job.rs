@@ -57,7 +57,9 @@ pub use geometry_job::{BackgroundJob, GeometryJob};
 #[cfg(not(target_arch = "wasm32"))]
 pub use job_file::{JobFile, Level, Names, RunJob};
 pub use lines_job::{DEFAULT_GROWTH, GradedJob, LinesJob};
-pub use measured_job::{ConformalJob, FractionsJob, FractionsMethod, LinksJob, Stencil};
+pub use measured_job::{
+    Band, ConformalJob, DistanceJob, Everywhere, FractionsJob, FractionsMethod, LinksJob, Points, Stencil,
+};
 pub use numbers::PerAxis;
 #[cfg(not(target_arch = "wasm32"))]
 pub use one_or_many::Several;
@@ -315,6 +317,10 @@ pub struct Job {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "cli", arg(skip))]
     pub conformal: Option<ConformalJob>,
+    /// Measures the signed distance of centres or nodes to the nearest surface.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "cli", arg(skip))]
+    pub distance: Option<DistanceJob>,
     /// What meshes: the GPU or the CPU; the cells do not depend on it.
     #[cfg_attr(feature = "cli", arg(long, value_enum, value_name = "BACKEND", default_value_t, help_heading = METHOD))]
     pub backend: BackendChoice,
@@ -391,7 +397,8 @@ impl Job {
     /// Whether something is asked for that is measured at the surfaces.
     #[doc(hidden)]
     pub fn is_measured(&self) -> bool {
-        self.links.is_some() || self.fractions.is_some() || self.staggered || self.conformal.is_some()
+        let on_lines = self.staggered || self.conformal.is_some();
+        self.links.is_some() || self.fractions.is_some() || on_lines || self.distance.is_some()
     }
 
     /// Writes the job as JSON; reading it back gives the same job.

@@ -1,12 +1,13 @@
-//! Outputs of what is measured at surfaces: links, and fractions of cells; staggered grids; and edges and faces outside metal.
+//! Outputs of what is measured at surfaces: links, and fractions of cells; staggered grids; edges and faces outside metal; and distances.
 
 use std::path::{Path, PathBuf};
 
 use hexcast::export::write_links_hdf5;
-use hexcast::job::{Axis, FractionsMethod, Job, RunJob, Stencil, ZarrJob};
+use hexcast::job::{Axis, Band, FractionsMethod, Job, Points, RunJob, Stencil, ZarrJob};
 use hexcast::report::MeshFacts;
 use hexcast::write::{
-    Compress, Format, LinksFormat, Options, write_conformal, write_fractions, write_links, write_solid, write_staggered,
+    Compress, Format, LinksFormat, Options, write_conformal, write_distance, write_distance_cells, write_fractions,
+    write_links, write_solid, write_staggered,
 };
 use hexcast::{Error, Result};
 
@@ -15,7 +16,7 @@ use crate::files::{
     disk::Planned,
     output::{Asked, List, Meshed, Output, Written},
     output_file::PendingFile,
-    zarr_output::ZarrOutput,
+    zarr_output::{Numbers, ZarrOutput},
 };
 use crate::options::{
     arguments::{choice, number},
@@ -79,6 +80,18 @@ pub(crate) struct MeasuredArguments {
     /// Least area of a face for --conformal, as a part of the fraction of its longest edge; 0 leaves areas as they are [default: 0.125]
     #[arg(long, value_name = "PART", requires = "conformal", value_parser = number::<f64>)]
     stable: Option<f64>,
+    /// Write the signed distance of every cell to the nearest surface to a file, .npz, .npy, .vti, .vtr, .zarr or .zarr.zip: negative inside
+    #[arg(long, value_name = "FILE")]
+    distance: Option<PathBuf>,
+    /// Where --distance is measured, the centres of cells or the crossings of lines [default: centres]
+    #[arg(long, value_name = "WHERE", requires = "distance", value_enum)]
+    distance_at: Option<Points>,
+    /// How far from surfaces --distance is exact, in cells, or "all"; beyond it is that width [default: 3]
+    #[arg(long, value_name = "CELLS", requires = "distance")]
+    distance_band: Option<Band>,
+    /// Flags of the geometries whose surfaces count for --distance, as if there were no others [default: all]
+    #[arg(long, value_name = "FLAGS", requires = "distance", value_delimiter = ',', value_parser = number::<u8>)]
+    distance_flags: Option<Vec<u8>>,
 }
 
 /// A file of what is measured.
@@ -99,6 +112,7 @@ enum What {
     Solid(Format),
     Staggered,
     Conformal,
+    Distance(Format),
 }
 
 /// The format of a file of links, by its name; None is HDF5.
@@ -112,16 +126,19 @@ fn links_format(path: &Path) -> Result<Option<LinksFormat>> {
 
 /// The format of a file of fractions, by its name; [`Format::Npz`] is that of the fractions of each flag.
 fn fractions_format(path: &Path) -> Result<Format> {
+    let hint = "use .npz for those of each flag, or .vti, .vtr, .npy, .zarr or .zarr.zip";
+    format_of_numbers(path, "fractions of cells", hint)
+}
+
+/// The format of a file of distances, by its name.
+fn distance_format(path: &Path) -> Result<Format> {
+    format_of_numbers(path, "distances", "use .npz, .npy, .vti, .vtr, .zarr or .zarr.zip")
+}
+
+fn format_of_numbers(path: &Path, of: &str, hint: &str) -> Result<Format> {
     match Format::of_name(&path.to_string_lossy()) {
         Ok(format) if !matches!(format, Format::Raw | Format::Columns) => Ok(format),
-        _ => {
-            let message = format!("{}: no format of fractions of cells has this ending", path.display());
-            Err(Error::new(
-                "job-value",
-                message,
-                "use .npz for those of each flag, or .vti, .vtr, .npy, .zarr or .zarr.zip",
-            ))
-        }
+        _ => Err(Error::new("job-value", format!("{}: no format of {of} has this ending", path.display()), hint)),
     }
 }
 
@@ -132,6 +149,7 @@ impl MeasuredArguments {
         run.fractions_output = self.fractions.as_deref().map(as_text).transpose()?;
         run.staggered_output = self.staggered.as_deref().map(as_text).transpose()?;
         run.conformal_output = self.conformal.as_deref().map(as_text).transpose()?;
+        run.distance_output = self.distance.as_deref().map(as_text).transpose()?;
         Ok(())
     }
 
@@ -167,6 +185,17 @@ impl MeasuredArguments {
             conformal.metal = self.metal.clone().unwrap_or_else(|| std::mem::take(&mut conformal.metal));
             conformal.stable = self.stable.unwrap_or(conformal.stable);
         }
+        if let Some(path) = &self.distance {
+            let distance = job.distance.get_or_insert_default();
+            distance.at = self.distance_at.unwrap_or(distance.at);
+            distance.band = self.distance_band.unwrap_or(distance.band);
+            distance.flags = self.distance_flags.clone().unwrap_or_else(|| std::mem::take(&mut distance.flags));
+            if distance.at == Points::Nodes && matches!(distance_format(path)?, Format::Zarr | Format::ZarrZip) {
+                let message =
+                    format!("{}: a Zarr store holds numbers of cells, and nodes are asked for", path.display());
+                return Err(Error::new("job-conflict", message, "use .npz, .npy, .vti or .vtr, or leave out nodes"));
+            }
+        }
         let is_dense = |path: &PathBuf| fractions_format(path).is_ok_and(|format| format != Format::Npz);
         if job.halo.is_some_and(|halo| halo > 0) && self.fractions.as_ref().is_some_and(is_dense) {
             let message =
@@ -180,8 +209,9 @@ impl MeasuredArguments {
     pub(crate) fn has_archive(&self) -> bool {
         let of_links = self.links.as_deref().map(links_format);
         let has_fractions = self.fractions.as_deref().is_some_and(|path| fractions_format(path) != Ok(Format::Npy));
+        let has_distance = self.distance.as_deref().is_some_and(|path| distance_format(path) != Ok(Format::Npy));
         let is_npz = self.staggered.is_some() || self.conformal.is_some();
-        is_npz || has_fractions || matches!(of_links, Some(Ok(None | Some(LinksFormat::Npz))))
+        is_npz || has_fractions || has_distance || matches!(of_links, Some(Ok(None | Some(LinksFormat::Npz))))
     }
 
     /// Opens the files.
@@ -194,9 +224,15 @@ impl MeasuredArguments {
         }
         if let Some(path) = &self.fractions {
             match fractions_format(path)? {
-                Format::Zarr => all.push(Box::new(ZarrOutput::of_fractions(path, options)?)),
+                Format::Zarr => all.push(Box::new(ZarrOutput::of_numbers(path, options, Numbers::Fractions)?)),
                 Format::Npz => all.push(file(path, What::Fractions)?),
                 format => all.push(file(path, What::Solid(format))?),
+            }
+        }
+        if let Some(path) = &self.distance {
+            match distance_format(path)? {
+                Format::Zarr => all.push(Box::new(ZarrOutput::of_numbers(path, options, Numbers::Distances)?)),
+                format => all.push(file(path, What::Distance(format))?),
             }
         }
         let staggered = (&self.staggered, What::Staggered, "a staggered grid is");
@@ -213,16 +249,25 @@ impl MeasuredArguments {
     }
 }
 
+impl MeasuredFile {
+    fn options_of(&self, format: Format) -> Options {
+        let compress = if format == Format::Npy { Compress::None } else { self.options.compress };
+        self.options.with_compress(compress)
+    }
+}
+
 impl Output for MeasuredFile {
     fn check(&self, asked: &Asked) -> Result<Option<Planned>> {
-        let What::Solid(format) = self.what else { return Ok(None) };
+        let (What::Solid(format) | What::Distance(format)) = self.what else { return Ok(None) };
         check_cells(&self.file, asked, (format, &self.options)).map(|()| None)
     }
 
     fn write(&mut self, meshed: &Meshed, written: &mut Written) -> Result<()> {
         let (mesh, compress, file) = (meshed.mesh, self.options.compress, &self.file);
-        let Some(MeshFacts { links, fractions, staggered, conformal, .. }) = meshed.facts else { return Ok(()) };
-        let n_bytes = match (self.what, links, fractions, (staggered, conformal)) {
+        let Some(MeshFacts { links, fractions, staggered, conformal, distance, .. }) = meshed.facts else {
+            return Ok(());
+        };
+        let n_bytes = match (self.what, links, fractions, (staggered, conformal, distance)) {
             (What::Links(None), Some(links), ..) => {
                 let place = file.temporary.path();
                 let size = || std::fs::metadata(place).map_err(|error| Error::io("reading its size", error));
@@ -234,15 +279,21 @@ impl Output for MeasuredFile {
             }
             (What::Fractions, _, Some(fractions), _) => file.fill(|out| write_fractions(fractions, compress, out))?,
             (What::Solid(format), _, Some(fractions), _) => {
-                let compress = if format == Format::Npy { Compress::None } else { compress };
-                let options = self.options.with_compress(compress);
+                let options = self.options_of(format);
                 file.fill(|out| write_solid(mesh, fractions, (format, &options), out, meshed.control))?
             }
-            (What::Staggered, .., (Some(staggered), _)) => {
+            (What::Staggered, .., (Some(staggered), ..)) => {
                 file.fill(|out| write_staggered(staggered, mesh, compress, out))?
             }
-            (What::Conformal, .., (_, Some(conformal))) => {
+            (What::Conformal, .., (_, Some(conformal), _)) => {
                 file.fill(|out| write_conformal(conformal, mesh, compress, out))?
+            }
+            (What::Distance(Format::Npz), .., (.., Some(distance))) => {
+                file.fill(|out| write_distance(distance, mesh, compress, out))?
+            }
+            (What::Distance(format), .., (.., Some(distance))) => {
+                let options = self.options_of(format);
+                file.fill(|out| write_distance_cells(mesh, distance, (format, &options), out, meshed.control))?
             }
             _ => return Ok(()),
         };

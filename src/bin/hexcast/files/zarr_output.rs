@@ -31,8 +31,17 @@ pub(crate) struct ZarrOutput {
     options: Options,
     /// Whether the mesh is a part of what the store holds.
     is_part: bool,
-    /// Whether it holds the fraction of each cell that is not background, in place of the flags.
-    has_fractions: bool,
+    numbers: Numbers,
+}
+
+/// What a store has of each cell.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum Numbers {
+    Flags,
+    /// The fraction that is not background.
+    Fractions,
+    /// The distance of the nearest surface.
+    Distances,
 }
 
 enum Store {
@@ -74,16 +83,17 @@ impl ZarrOutput {
             let folder = temporary::Folder::beside(&output.target, parent);
             store = Store::Whole(folder.map_err(|error| refused(path, parent, &error))?, None);
         }
-        Ok(ZarrOutput { output, store, options, is_part, has_fractions: false })
+        Ok(ZarrOutput { output, store, options, is_part, numbers: Numbers::Flags })
     }
 
-    /// Opens one for fractions of cells.
-    pub(crate) fn of_fractions(path: &Path, options: Options) -> Result<ZarrOutput> {
+    /// Opens one for other numbers than flags.
+    pub(crate) fn of_numbers(path: &Path, options: Options, numbers: Numbers) -> Result<ZarrOutput> {
         if is_s3(path) {
-            let message = format!("{}: fractions of cells are not written to a bucket", path.display());
+            let named = if numbers == Numbers::Distances { "distances" } else { "fractions of cells" };
+            let message = format!("{}: {named} are not written to a bucket", path.display());
             return Err(Error::new("job-value", message, "write a folder, and copy it"));
         }
-        Ok(ZarrOutput { has_fractions: true, ..ZarrOutput::open(path, options, false)? })
+        Ok(ZarrOutput { numbers, ..ZarrOutput::open(path, options, false)? })
     }
 }
 
@@ -103,17 +113,22 @@ impl Output for ZarrOutput {
     fn write(&mut self, meshed: &Meshed, written: &mut Written) -> Result<()> {
         let options = &self.options;
         let &Meshed { mesh, facts, control, progress, .. } = meshed;
-        let bar =
-            if self.has_fractions { ProgressBar::hidden() } else { progress.bytes("write", Some(mesh.n_cells())) };
+        let bar = match self.numbers {
+            Numbers::Flags => progress.bytes("write", Some(mesh.n_cells())),
+            _ => ProgressBar::hidden(),
+        };
         let advance = |n_cells| bar.inc(n_cells);
-        let fractions = facts.and_then(|facts| facts.fractions.as_ref()).filter(|_| self.has_fractions);
+        let fractions = facts.and_then(|facts| facts.fractions.as_ref());
+        let distance = facts.and_then(|facts| facts.distance.as_ref());
         let part =
             facts.filter(|_| self.is_part).and_then(|facts| Some((facts.whole.clone(), facts.window.as_ref()?.first)));
         let (whole, first) = part.unwrap_or_else(|| (mesh.lines().clone(), [0; 3]));
         let place = Place::new(whole, first);
-        let write = |set: &zarr::Set| match fractions {
-            Some(fractions) => zarr::write_solid(mesh, fractions, options, set, control),
-            None => zarr::write_part(mesh, &place, options, set, control, advance),
+        let write = |set: &zarr::Set| match (self.numbers, fractions, distance) {
+            (Numbers::Fractions, Some(fractions), _) => zarr::write_solid(mesh, fractions, options, set, control),
+            (Numbers::Distances, _, Some(distance)) => zarr::write_distance(mesh, distance, options, set, control),
+            (Numbers::Flags, ..) => zarr::write_part(mesh, &place, options, set, control, advance),
+            _ => Ok(()),
         };
         let done = match &mut self.store {
             Store::Shared(values) => write(&|key, value| values.set(key, value)).map(|()| values.n_bytes()),

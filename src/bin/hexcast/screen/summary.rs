@@ -257,6 +257,10 @@ fn measured(table: &mut Table, mesh: &MeshFacts) {
             table.line("conformal", format!("{sampled} cells by rays, as a surface passes through itself there"));
         }
     }
+    if let Some(of) = &mesh.distance_report {
+        let known = of.width.map_or("everywhere".to_string(), |width| format!("up to {width}"));
+        table.line("distance", format!("to {} facets, exact {known}", HumanCount(of.facets)));
+    }
 }
 
 fn gaps(table: &mut Table, mesh: &MeshFacts) {

@@ -6,26 +6,11 @@
 use serde_json::json;
 
 use crate::write::store::OfCells;
-use crate::write::{Format, npy};
 use hexcast_core::base::error::{Error, Result};
 use hexcast_core::cells::columns::Columns;
 use hexcast_core::cells::flags::{CellBox, flags_of_box};
 use hexcast_derived::fractions::Fractions;
 use hexcast_derived::mesh::Mesh;
-
-/// Refuses a format that holds no fractions of cells.
-pub(in crate::write) fn check_format(format: Format) -> Result<()> {
-    if matches!(format, Format::Vti | Format::Vtr | Format::Npy | Format::ZarrZip) {
-        return Ok(());
-    }
-    let message = format!(".{} does not hold fractions of cells", format.extension());
-    Err(Error::new("job-conflict", message, "use .vti, .vtr, .npy or .zarr.zip"))
-}
-
-/// Everything before the numbers of `.npy`.
-pub(in crate::write) fn npy_header([nx, ny, nz]: [u32; 3]) -> Vec<u8> {
-    npy::header_of("<f4", &format!("({nz}, {ny}, {nx})"))
-}
 
 /// The numbers of consecutive cells, the first of which has this index, by their flags.
 pub(in crate::write) fn bytes(flags: &[u8], first: u64, fractions: &Fractions) -> Vec<u8> {

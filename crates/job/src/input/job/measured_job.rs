@@ -1,6 +1,10 @@
-//! What a job asks for beside the cells: links from cells to surfaces, fractions of flags in cells, and edges and faces outside metal.
+//! What a job asks for beside the cells: links from cells to surfaces, fractions of flags in cells, edges and faces outside metal, and distances to surfaces.
+
+use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
+
+use crate::base::error::{Error, Result};
 
 /// The directions of the links of a cell, as lattice Boltzmann methods name them: `D3Q` and their number, that of the cell itself included.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -138,5 +142,82 @@ pub struct ConformalJob {
 impl Default for ConformalJob {
     fn default() -> ConformalJob {
         ConformalJob { metal: Vec::new(), stable: DEFAULT_STABLE }
+    }
+}
+
+/// Where distances are asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(any(test, feature = "testing"), derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[serde(rename_all = "lowercase")]
+#[non_exhaustive]
+pub enum Points {
+    /// At the centres of cells.
+    #[default]
+    Centres,
+    /// At the crossings of lines: one more than cells along each axis.
+    Nodes,
+}
+
+/// How far from surfaces distances are known.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(any(test, feature = "testing"), derive(schemars::JsonSchema))]
+#[serde(untagged, expecting = "a number of cells, or \"all\", is needed")]
+pub enum Band {
+    /// So many cells, of the longest edge of any.
+    Cells(f64),
+    /// "all".
+    Word(Everywhere),
+}
+
+/// "all".
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(any(test, feature = "testing"), derive(schemars::JsonSchema))]
+#[serde(rename_all = "lowercase")]
+pub enum Everywhere {
+    /// All distances are known.
+    All,
+}
+
+impl Band {
+    /// The number of cells; None everywhere.
+    pub fn cells(self) -> Option<f64> {
+        match self {
+            Band::Cells(cells) => Some(cells),
+            Band::Word(Everywhere::All) => None,
+        }
+    }
+}
+
+impl FromStr for Band {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Band> {
+        if text == "all" {
+            return Ok(Band::Word(Everywhere::All));
+        }
+        let refused = |_| Error::new("job-value", format!("\"{text}\" is no band"), "give a number of cells, or all");
+        text.parse().map(Band::Cells).map_err(refused)
+    }
+}
+
+/// Asks for the signed distance of points to the nearest surface.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(any(test, feature = "testing"), derive(schemars::JsonSchema))]
+#[serde(default, deny_unknown_fields)]
+#[non_exhaustive]
+pub struct DistanceJob {
+    /// Where: "centres" of cells, or "nodes", the crossings of lines.
+    pub at: Points,
+    /// How far from surfaces distances are known, in cells (of the longest edge of any), above 0; or "all". By default 3. Beyond it they are its width.
+    pub band: Band,
+    /// Flags of the geometries whose surfaces count, as if there were no others; by default all.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub flags: Vec<u8>,
+}
+
+impl Default for DistanceJob {
+    fn default() -> DistanceJob {
+        DistanceJob { at: Points::Centres, band: Band::Cells(3.0), flags: Vec::new() }
     }
 }

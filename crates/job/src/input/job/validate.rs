@@ -116,7 +116,8 @@ impl Job {
             let hint = "1 to 255: an inverted geometry with a flag of its own can be metal around all others";
             return Err(out_of_range("conductors", 0, hint));
         }
-        for (name, is_asked) in [("staggered", self.staggered), ("conformal", self.conformal.is_some())] {
+        let (conformal, distance) = (self.conformal.is_some(), self.distance.is_some());
+        for (name, is_asked) in [("staggered", self.staggered), ("conformal", conformal), ("distance", distance)] {
             if is_asked && self.close_gaps.is_some() {
                 let message = format!("{name} is given with close_gaps: it follows the surfaces, whose gaps stay open");
                 return Err(Error::new("job-conflict", message, "keep one of them"));
@@ -131,6 +132,10 @@ impl Job {
         if !(0.0..=1.0).contains(&stable) {
             let hint = "0 to 1: the least area of a face, as a part of the fraction of its longest edge";
             return Err(out_of_range("conformal.stable", stable, hint));
+        }
+        let band = self.distance.as_ref().and_then(|distance| distance.band.cells());
+        if let Some(band) = band.filter(|band| !(band.is_finite() && *band > 0.0)) {
+            return Err(out_of_range("distance.band", short_number(band), "a number of cells above 0, or \"all\""));
         }
         let Some(fractions) = self.fractions else { return Ok(()) };
         if !matches!(fractions.rays, 1 | 2 | 4 | 8 | 16) {
