@@ -220,8 +220,8 @@ int32_t hexcast_mesh_fill_box(const struct HexcastMesh *mesh,
                               size_t n_bytes,
                               struct HexcastError **error);
 
-// Says what an array of a mesh is. `of` is "links", "fractions", "staggered" or "conformal", which the job asked for by these keys, and `name` one of the
-// arrays that docs/links.md, docs/fractions.md, docs/staggered.md or docs/conformal.md lists, such as "q". Returns 0, or 1 for an error.
+// Says what an array of a mesh is. `of` is "links", "fractions", "staggered", "conformal" or "distance", which the job asked for by these keys, and `name` one of the
+// arrays that docs/links.md, docs/fractions.md, docs/staggered.md, docs/conformal.md or docs/distance.md lists, such as "q". Returns 0, or 1 for an error.
 //
 // Errors: job-value for NULL and for names that there are not; job-conflict where the job did not ask for it.
 //
