@@ -19,6 +19,8 @@ use super::tree::{Bounds, ROUNDING, Stack, Tree};
 const MAX_OF_BLOCK: usize = 4;
 /// From as many times the radius of a block on its points are looked at one by one: too many facets may be the nearest of some point.
 const FAR: f64 = 2.0;
+/// Where more facets may be, points are looked at one by one, too.
+const MOST_NEAR: usize = 256;
 
 /// The coordinates of some points along each axis.
 pub(super) type Places<'a> = [&'a [f64]; 3];
@@ -69,12 +71,15 @@ impl<'a> Blocks<'a> {
         }
         let n = [0, 1, 2].map(|axis| end[axis] - first[axis]);
         if n.iter().all(|n| *n <= MAX_OF_BLOCK) {
-            if let Some((_, nearest)) = nearest.filter(|_| distance > FAR * radius) {
-                self.fill_far_points([first, end], nearest, distances, memory);
-                return;
-            }
             let reach = (distance + 2.0 * radius).min(far) * (1.0 + ROUNDING);
-            self.fill_points([first, end], (middle, reach), distances, memory);
+            let is_near = distance <= FAR * radius && self.find_near(&middle, reach, memory);
+            let all = f64::INFINITY;
+            let nearest = nearest.or_else(|| self.tree.nearest(&middle, all, &mut memory.stack));
+            match nearest {
+                Some((_, nearest)) if !is_near => self.fill_one_by_one([first, end], nearest, distances, memory),
+                Some((_, nearest)) => self.fill_by_near([first, end], (middle, nearest), distances, memory),
+                None => {}
+            }
             return;
         }
         let longest = (0..3).fold(0, |longest, axis| if n[axis] > n[longest] { axis } else { longest });
@@ -89,7 +94,7 @@ impl<'a> Blocks<'a> {
         }
     }
 
-    fn fill_far_points(
+    fn fill_one_by_one(
         &self,
         block: [[usize; 3]; 2],
         mut nearest: &'a Facet,
@@ -123,23 +128,28 @@ impl<'a> Blocks<'a> {
         [0, 1, 2].map(|axis| 0.5 * (self.places[axis][first[axis]] + self.places[axis][end[axis] - 1]))
     }
 
-    fn fill_points(
-        &self,
-        block: [[usize; 3]; 2],
-        (middle, reach): ([f64; 3], f64),
-        distances: &mut [f64],
-        Memory { stack, near }: &mut Memory<'a>,
-    ) {
+    /// Finds the facets that may be the nearest of some point of a block, the nearest of its middle first; false where they are too many.
+    fn find_near(&self, middle: &[f64; 3], reach: f64, Memory { stack, near }: &mut Memory<'a>) -> bool {
         near.clear();
         let square = reach * reach;
-        self.tree.within(&middle, square, stack, |facet, bounds| {
-            let of_middle = facet.square(&middle);
+        let is_all = self.tree.within(middle, square, stack, |facet, bounds| {
+            let of_middle = facet.square(middle);
             if of_middle <= square {
                 near.push(Near { of_middle: of_middle.sqrt() * (1.0 - ROUNDING), bounds, facet });
             }
+            near.len() <= MOST_NEAR
         });
         near.sort_unstable_by(|one, other| one.of_middle.total_cmp(&other.of_middle));
-        let Some(mut nearest) = near.first().map(|near| near.facet) else { return };
+        is_all
+    }
+
+    fn fill_by_near(
+        &self,
+        block: [[usize; 3]; 2],
+        (middle, mut nearest): ([f64; 3], &'a Facet),
+        distances: &mut [f64],
+        Memory { near, .. }: &mut Memory<'a>,
+    ) {
         self.each(block, distances, |point| {
             let moved = between(&middle, point);
             let mut least = nearest.square(point);

@@ -122,14 +122,14 @@ impl Tree {
         nearest.map(|facet| (least, facet))
     }
 
-    /// The facets that may be as near as the root of a square.
+    /// Hands over the facets that may be as near as the root of a square, until one is refused; returns whether none was.
     pub(super) fn within<'a>(
         &'a self,
         point: &[f64; 3],
         square: f64,
         Stack(stack): &mut Stack,
-        mut found: impl FnMut(&'a Facet, &'a Bounds),
-    ) {
+        mut found: impl FnMut(&'a Facet, &'a Bounds) -> bool,
+    ) -> bool {
         stack.clear();
         stack.extend(self.nodes.first().map(|node| (node.bounds.square(point), 0)));
         while let Some((least, at)) = stack.pop() {
@@ -138,12 +138,15 @@ impl Tree {
             }
             let node = &self.nodes[at as usize];
             if node.n > 0 {
-                let near = node.facets().filter(|at| self.bounds[*at].square(point) <= square);
-                near.for_each(|at| found(&self.facets[at], &self.bounds[at]));
+                let mut near = node.facets().filter(|at| self.bounds[*at].square(point) <= square);
+                if !near.all(|at| found(&self.facets[at], &self.bounds[at])) {
+                    return false;
+                }
                 continue;
             }
             stack.extend([at + 1, node.second].map(|at| (self.nodes[at as usize].bounds.square(point), at)));
         }
+        true
     }
 }
 
