@@ -15,7 +15,7 @@ import { ROOT } from './run.mjs';
 
 const COMMAND = '`npm run options` of docs/job.schema.json';
 /** Definitions that are types by their own names, in the order in which they are written. */
-const NAMED = ['Material', 'GeometryJob', 'GradedJob', 'LinksJob', 'FractionsJob', 'ConformalJob'];
+const NAMED = ['Material', 'GeometryJob', 'GradedJob', 'LinksJob', 'FractionsJob', 'ConformalJob', 'AnisotropicJob', 'TensorsJob'];
 /** Keys that only the native program has. */
 const NATIVE = ['backend'];
 /** Definitions with keys of their own, in the order of the reference. */
@@ -29,6 +29,8 @@ const INNER = [
   'LinksJob',
   'FractionsJob',
   'ConformalJob',
+  'TensorsJob',
+  'AnisotropicJob',
   'BackgroundJob',
   'SliceJob',
   'ViewJob',
@@ -42,6 +44,7 @@ const IN_JAVASCRIPT = {
   fractions: 'See `Mesh.fractions`.',
   staggered: 'See `Mesh.staggered`.',
   conformal: 'See `Mesh.conformal`.',
+  tensors: 'See `Mesh.tensors`.',
 };
 /** What holds in Python alone. @type {Record<string, string>} */
 const IN_PYTHON = {
@@ -54,6 +57,7 @@ const IN_PYTHON = {
   fractions: 'Counted in `report["fractions"]`.',
   staggered: 'Counted in `report["staggered"]`.',
   conformal: 'Counted in `report["conformal"]`.',
+  tensors: 'Counted in `report["tensors"]`.',
   max_memory: 'By default 3/4 of what is available.',
   background: 'Such as `{"name": "air", "material": {"eps_r": 1}}`.',
 };

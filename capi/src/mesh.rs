@@ -201,8 +201,8 @@ fn fill(mesh: &Mesh, first: &[u32], end: &[u32], flags: &mut [u8]) -> Result<()>
     mesh.fill_box(&[0, 1, 2].map(|axis| first[axis]..end[axis]), flags)
 }
 
-/// Says what an array of a mesh is. `of` is "links", "fractions", "staggered" or "conformal", which the job asked for by these keys, and `name` one of the
-/// arrays that docs/links.md, docs/fractions.md, docs/staggered.md or docs/conformal.md lists, such as "q". Returns 0, or 1 for an error.
+/// Says what an array of a mesh is. `of` is "links", "fractions", "staggered", "conformal" or "tensors", which the job asked for by these keys, and `name` one of the
+/// arrays that docs/links.md, docs/fractions.md, docs/staggered.md, docs/conformal.md or docs/tensors.md lists, such as "q". Returns 0, or 1 for an error.
 ///
 /// Errors: job-value for NULL and for names that there are not; job-conflict where the job did not ask for it.
 ///

@@ -27,14 +27,15 @@ type CutCells<'py> = (u32, u32, PyReadonlyArray1<'py, u64>, PyReadonlyArray1<'py
 #[pyfunction]
 pub(crate) fn measured_kinds(mesh: &Bound<'_, RawMesh>) -> Vec<&'static str> {
     let raw = mesh.get();
-    let Measured { links, fractions, staggered, conformal, doubt, .. } = &*raw.measured;
+    let Measured { links, fractions, staggered, conformal, tensors, doubt, .. } = &*raw.measured;
     let kinds = [("links", links.is_some()), ("fractions", fractions.is_some())];
-    let others = [("staggered", staggered.is_some()), ("conformal", conformal.is_some()), ("doubt", doubt.is_some())];
+    let others = [("staggered", staggered.is_some()), ("conformal", conformal.is_some())];
+    let others = others.into_iter().chain([("tensors", tensors.is_some()), ("doubt", doubt.is_some())]);
     let kinds = kinds.into_iter().chain(others);
     kinds.filter_map(|(name, is_there)| is_there.then_some(name)).collect()
 }
 
-/// The arrays of `links`, `fractions`, `staggered` or `conformal`.
+/// The arrays of `links`, `fractions`, `staggered`, `conformal` or `tensors`.
 #[pyfunction]
 pub(crate) fn arrays(mesh: &Bound<'_, RawMesh>, of: &str) -> PyResult<Vec<Described>> {
     let raw = mesh.get();

@@ -19,6 +19,7 @@ ASKED = {
     "fractions": {"faces": True, "surfaces": True},
     "staggered": True,
     "conformal": {"metal": [1], "stable": 0},
+    "tensors": {},
 }
 
 
@@ -97,7 +98,7 @@ def test_doubtful_cells_are_a_mesh():
     assert mesh.doubt.lines[0].tolist() == mesh.lines[0].tolist()
 
 
-@pytest.mark.parametrize("kind", ["links", "fractions", "staggered", "conformal", "doubt"])
+@pytest.mark.parametrize("kind", ["links", "fractions", "staggered", "conformal", "tensors", "doubt"])
 def test_what_was_not_asked_for_is_an_error(kind):
     with pytest.raises(hexcast.Error, match=f"{kind}") as caught:
         getattr(hexcast.mesh(BODY, **SIZE), kind)
@@ -105,7 +106,7 @@ def test_what_was_not_asked_for_is_an_error(kind):
     assert isinstance(caught.value, ValueError)
 
 
-NAMES = ["links.npz", "links.links", "fractions.npz", *(f"fractions.{of}" for of in ("vti", "vtr", "npy", "zarr", "zarr.zip")), "staggered.npz", "conformal.npz"]
+NAMES = ["links.npz", "links.links", "fractions.npz", *(f"fractions.{of}" for of in ("vti", "vtr", "npy", "zarr", "zarr.zip")), "staggered.npz", "conformal.npz", "tensors.npz"]
 
 
 @pytest.mark.parametrize("size", [{}, {"window": (3, 2, 4, 20, 25, 28)}], ids=["whole", "window"])
@@ -119,7 +120,7 @@ def test_files_are_those_of_the_command(spot, tmp_path, command, name, size, is_
         of_fractions |= {"method": "exact", "edges": True, "centroids": True}
         words += ["--fraction-method", "exact", "--fraction-edges", "--fraction-centroids"]
     words += ["--metal", "1"] if kind == "conformal" else []
-    asked = {"links": {}, "fractions": of_fractions, "staggered": True, "conformal": {"metal": [1]}}[kind]
+    asked = {"links": {}, "fractions": of_fractions, "staggered": True, "conformal": {"metal": [1]}, "tensors": {}}[kind]
     mesh = hexcast.mesh(spot, cells=32, padding={"cells": 2}, backend="cpu", **size, **{kind: asked})
     if is_pickled:
         mesh = pickle.loads(pickle.dumps(mesh))
@@ -187,7 +188,7 @@ def test_a_mesh_survives_copies(mesh, again, tmp_path):
     assert (other.flags == mesh.flags).all()
     assert other.report == mesh.report
     assert other.names == mesh.names
-    for kind in ("links", "fractions", "staggered", "conformal"):
+    for kind in ("links", "fractions", "staggered", "conformal", "tensors"):
         of_one, of_other = getattr(mesh, kind)._arrays(), getattr(other, kind)._arrays()
         assert list(of_one) == list(of_other)
         assert all((of_one[name] == of_other[name]).all() for name in of_one)

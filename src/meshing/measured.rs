@@ -5,11 +5,12 @@
 use crate::meshing::report::MeshFacts;
 use hexcast_core::base::error::{Error, Result};
 use hexcast_derived::cut_cells::conformal::Conformal;
+use hexcast_derived::cut_cells::tensors::Tensors;
 use hexcast_derived::fractions::Fractions;
 use hexcast_derived::links::Links;
 use hexcast_derived::mesh::Mesh;
 use hexcast_derived::staggered::Staggered;
-use hexcast_files::write::{Array, conformal, fractions, links, staggered};
+use hexcast_files::write::{Array, conformal, fractions, links, staggered, tensors};
 
 /// What a mesh has beside its cells, where its job asked for it.
 #[derive(Debug, Default)]
@@ -23,6 +24,8 @@ pub struct Measured {
     pub staggered: Option<Staggered>,
     /// The edges and faces outside metal.
     pub conformal: Option<Conformal>,
+    /// The smoothed permittivity.
+    pub tensors: Option<Tensors>,
     /// The cells that rays do not decide: flag 1.
     pub doubt: Option<Mesh>,
 }
@@ -30,12 +33,13 @@ pub struct Measured {
 impl Measured {
     /// Takes it out of the facts, which keep what a report says of it.
     pub fn take(facts: &mut MeshFacts) -> Measured {
-        let MeshFacts { links, fractions, staggered, conformal, doubt, .. } = facts;
+        let MeshFacts { links, fractions, staggered, conformal, tensors, doubt, .. } = facts;
         Measured {
             links: links.take(),
             fractions: fractions.take(),
             staggered: staggered.take(),
             conformal: conformal.take(),
+            tensors: tensors.take(),
             doubt: doubt.take(),
         }
     }
@@ -56,7 +60,7 @@ impl Measured {
         self.fractions.as_ref().ok_or_else(|| missing("fractions"))
     }
 
-    /// The arrays of `links`, `fractions`, `staggered` or `conformal`: those of the `.npz` that is written.
+    /// The arrays of `links`, `fractions`, `staggered`, `conformal` or `tensors`: those of the `.npz` that is written.
     ///
     /// # Errors
     /// `job-conflict` where the mesh has none of these; `job-value` for another name.
@@ -66,9 +70,10 @@ impl Measured {
             "fractions" => fractions::arrays(self.fractions()?),
             "staggered" => staggered::arrays(self.staggered.as_ref().ok_or_else(|| missing(of))?, mesh),
             "conformal" => conformal::arrays(self.conformal.as_ref().ok_or_else(|| missing(of))?, mesh),
+            "tensors" => tensors::arrays(self.tensors.as_ref().ok_or_else(|| missing(of))?, mesh),
             _ => {
                 let message = format!("\"{of}\" is nothing that a mesh has arrays of");
-                return Err(Error::new("job-value", message, "name links, fractions, staggered or conformal"));
+                return Err(Error::new("job-value", message, "name links, fractions, staggered, conformal or tensors"));
             }
         })
     }

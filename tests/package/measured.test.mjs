@@ -1,4 +1,4 @@
-// Cells that differ in size, links, fractions of cells, staggered grids, and edges and faces outside metal: the bytes of every file are those of the native command.
+// Cells that differ in size, links, fractions of cells, staggered grids, edges and faces outside metal, and permittivity: the bytes of every file are those of the native command.
 
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
@@ -64,6 +64,7 @@ const JOBS = {
     fractions: { rays: 2, faces: true, surfaces: true },
     staggered: true,
     conformal: { metal: [7] },
+    tensors: { anisotropic: TENSORS },
   },
   'links and fractions on generated lines': {
     geometries: [board, patch],
@@ -72,6 +73,7 @@ const JOBS = {
     fractions: { method: 'exact', faces: true, surfaces: true, edges: true, centroids: true },
     staggered: true,
     conformal: { stable: 0.25 },
+    tensors: {},
   },
   'links and a staggered grid around an open surface and a sheet': {
     geometries: [
@@ -94,7 +96,7 @@ function native(job, compress) {
   const outputs = Object.keys(FILES)
     .filter((ending) => compress === 'none' || !['npy', 'raw'].includes(ending))
     .map((ending) => `${name}.${ending}`);
-  const measured = ['links', 'fractions', 'staggered', 'conformal'].filter((of) => job[of]);
+  const measured = ['links', 'fractions', 'staggered', 'conformal', 'tensors'].filter((of) => job[of]);
   const args = ['mesh', '--job', `${name}.json`, '--backend', 'cpu', '--json', `--compress=${compress}`];
   for (const output of outputs) args.push('-o', output);
   for (const of of measured) args.push(`--${of}`, `${name}.${of}.npz`);
@@ -127,7 +129,7 @@ const CODE = `
   const again = await mesher.open(readFileSync(folder + '/ours.hxc'));
   writeFileSync(folder + '/again.vtr', Buffer.from(await (await again.blob('vtr', { compress })).arrayBuffer()));
   const measured = {};
-  for (const of of ['links', 'fractions', 'staggered', 'conformal']) {
+  for (const of of ['links', 'fractions', 'staggered', 'conformal', 'tensors']) {
     const arrays = await mesh[of]().catch(({ code }) => code);
     if (typeof arrays === 'string') measured[of] = arrays;
     else {
@@ -189,6 +191,7 @@ for (const [name, job] of Object.entries(JOBS)) {
         'fractions',
         'staggered',
         'conformal',
+        'tensors',
         'flags',
         'certificate',
         'window',
@@ -232,7 +235,7 @@ function checkArrays(job, measured, files) {
 }
 
 test('the JavaScript of the documentation runs as it is written', () => {
-  const results = { lines: 'vtr', links: 'records', fractions: 'image', staggered: 'npz', conformal: 'npz' };
+  const results = { lines: 'vtr', links: 'records', fractions: 'image', staggered: 'npz', conformal: 'npz', tensors: 'npz' };
   for (const [page, result] of Object.entries(results)) {
     const text = readFileSync(path.join(ROOT, `docs/${page}.md`), 'utf8');
     const blocks = [...text.matchAll(/```js\n(.*?)```/gs)].map(([, block]) => block);

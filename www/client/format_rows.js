@@ -23,6 +23,7 @@ export const FORMATS = Object.freeze({
   links: row('measured', 'application/octet-stream', false, false, false, 'any'),
   'staggered.npz': row('measured', 'application/octet-stream', true, false, false, 'any'),
   'conformal.npz': row('measured', 'application/octet-stream', true, false, false, 'any'),
+  'tensors.npz': row('measured', 'application/octet-stream', true, false, false, 'any'),
   'fractions.npz': row('measured', 'application/octet-stream', true, false, false, 'any'),
   'fractions.vti': row('measured', 'application/vnd.vtk.vti+xml', true, false, false, 'equal'),
   'fractions.vtr': row('measured', 'application/vnd.vtk.vtr+xml', true, false, false, 'any'),

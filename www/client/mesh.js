@@ -261,6 +261,11 @@ export class Mesh {
     return this.#measured('conformal', options);
   }
 
+  /** @param {CallOptions} [options] @returns {Promise<import('../hexcast.js').Tensors>} */
+  async tensors(options) {
+    return this.#measured('tensors', options);
+  }
+
   /** @param {import('../core/arrays.js').Measured} of @param {CallOptions} [options] @returns {Promise<any>} */
   #measured(of, options) {
     return this.#call('arrays', { of }, optionsOf(options, CALL));

@@ -13,7 +13,7 @@ const KINDS = {
   '<u8': (buffer) => Float64Array.from(new BigUint64Array(buffer), Number),
 };
 
-/** @typedef {'links' | 'fractions' | 'staggered' | 'conformal'} Measured */
+/** @typedef {'links' | 'fractions' | 'staggered' | 'conformal' | 'tensors'} Measured */
 
 /**
  * The arrays of what was measured, by their names.

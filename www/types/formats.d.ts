@@ -9,6 +9,7 @@ export type MeasuredFormat =
   | 'links'
   | 'staggered.npz'
   | 'conformal.npz'
+  | 'tensors.npz'
   | 'fractions.npz'
   | 'fractions.vti'
   | 'fractions.vtr'

@@ -2,7 +2,7 @@
 import type { CallOptions, Device, FileSource } from '../hexcast.js';
 import type { CellsFormat, MeasuredFormat, ProgramFormat } from './formats.js';
 import type { Job } from './options.js';
-import type { Conformal, Fractions, Links, Staggered } from './measured.js';
+import type { Conformal, Fractions, Links, Staggered, Tensors } from './measured.js';
 import type { Difference, SliceOptions, ViewOptions } from './pictures.js';
 import type { Report } from './report.js';
 
@@ -329,6 +329,8 @@ export interface Mesh extends Disposable {
   staggered(options?: CallOptions): Promise<Staggered>;
   /** What of edges and faces lies outside metal, if the job asked for it: about 48 bytes a cell. Fails as `links`. */
   conformal(options?: CallOptions): Promise<Conformal>;
+  /** The permittivity averaged around the points of E, if the job asked for it: about 144 bytes a cell. Fails as `links`. */
+  tensors(options?: CallOptions): Promise<Tensors>;
   /** SHA-256 of all flags, one byte each, x fastest: that of the raw file. */
   sha256(options?: CallOptions): Promise<string>;
   /** Bytes of a file before it is made; null where they depend on the flags (compressed, hxc, exports but nrrd) or on the archive (npz, zarr). */

@@ -20,11 +20,13 @@ from ._measured import (
     Fractions,
     Links,
     Staggered,
+    Tensors,
     conformal_of,
     fractions_of,
     in_dataset,
     links_of,
     staggered_of,
+    tensors_of,
 )
 from ._pictures import Axis, Picture, Place, look_of, max_bytes, slices
 from ._xarray import dataset
@@ -35,7 +37,7 @@ if TYPE_CHECKING:
     import xarray
 
 #: What a mesh may have beside its cells.
-MEASURED = ("links", "fractions", "staggered", "conformal", "doubt")
+MEASURED = ("links", "fractions", "staggered", "conformal", "tensors", "doubt")
 #: Bytes of the flags of a slab, unless the caller says.
 SLAB_BYTES = 32 << 20
 
@@ -168,6 +170,11 @@ class Mesh:
     def conformal(self) -> Conformal:
         """What of edges and faces lies outside metal, which the option ``conformal`` asks for. 48 bytes a cell."""
         return conformal_of(self._raw)
+
+    @cached_property
+    def tensors(self) -> Tensors:
+        """The permittivity averaged around each point of E, which the option ``tensors`` asks for. 144 bytes a cell."""
+        return tensors_of(self._raw)
 
     @cached_property
     def doubt(self) -> Mesh:

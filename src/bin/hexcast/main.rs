@@ -216,6 +216,7 @@ mod tests {
             ("metal", "conformal"),
             ("stable", "conformal"),
             ("conformal", "conformal_output"),
+            ("tensors", "tensors_output"),
         ];
         let command = Cli::command();
         let mesh = command.find_subcommand("mesh").unwrap();

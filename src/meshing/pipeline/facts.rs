@@ -14,7 +14,7 @@ use super::warnings;
 use crate::meshing::report::{
     CertificateReport, ConformalReport, DeviceCheck, DoubtReport, FillReport, FlagReport, FractionsReport,
     GeometryReport, LinksReport, MeshFacts, OpenReport, PeakBytes, Seconds, ShellsReport, StaggeredReport,
-    WindowReport, WindowSums, WithoutCells, flag_reports, thick_flags,
+    TensorsReport, WindowReport, WindowSums, WithoutCells, flag_reports, thick_flags,
 };
 use hexcast_core::base::error::Result;
 use hexcast_core::base::finding::{Finding, in_order_of_codes, sentences};
@@ -174,6 +174,8 @@ impl Stages<'_> {
             staggered: measured.staggered,
             conformal_report: measured.conformal.as_ref().map(of_conformal),
             conformal: measured.conformal,
+            tensors_report: measured.tensors.as_ref().map(TensorsReport::new),
+            tensors: measured.tensors,
             doubtful: DoubtReport::new(&doubtful),
             doubt: doubtful.mask.map(mask_mesh).transpose()?,
             job: effective(job, prepared, n_solids, gaps.as_ref()),

@@ -77,6 +77,7 @@ fn check(job: &Job) -> Result<()> {
         ("fractions", job.fractions.is_some()),
         ("staggered", job.staggered),
         ("conformal", job.conformal.is_some()),
+        ("tensors", job.tensors.is_some()),
     ];
     match asked.into_iter().find(|(_, is_asked)| *is_asked) {
         None => Ok(()),

@@ -7,7 +7,7 @@ use hexcast_core::grid::lines::Grading;
 use hexcast_derived::mesh::Mesh;
 
 /// Keys of a report that only the meshing fills in.
-const OF_MESHING: [&str; 20] = [
+const OF_MESHING: [&str; 21] = [
     "backend",
     "adapter",
     "driver",
@@ -22,6 +22,7 @@ const OF_MESHING: [&str; 20] = [
     "fractions",
     "staggered",
     "conformal",
+    "tensors",
     "certificate",
     "doubtful",
     "flags_hash",

@@ -8,6 +8,7 @@ use hexcast_core::base::parallel::*;
 use hexcast_core::grid::lines::Lines;
 use hexcast_core::input::job::Stencil;
 use hexcast_derived::cut_cells::conformal::{Conformal, Counts};
+use hexcast_derived::cut_cells::tensors::{TensorCounts, Tensors};
 use hexcast_derived::fractions::Fractions;
 use hexcast_derived::links::{Link, Links};
 use hexcast_derived::staggered::{COMPONENTS, Points, SheetFace, Staggered};
@@ -207,5 +208,26 @@ impl ConformalReport {
             dt_factor / (SPEED_OF_LIGHT * of_axes.sqrt())
         });
         ConformalReport { cut_edges, cut_faces, enlarged_faces, unbalanced_faces, sampled_cells, dt_factor, dt }
+    }
+}
+
+/// Points at which permittivity was smoothed, counted.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub struct TensorsReport {
+    /// Points of Ex, Ey and Ez around which lies more than one permittivity. Those on the last line of a window or part are counted by the one behind it.
+    pub cut_points: u64,
+    /// Those at which surfaces cancel, so that no normal is known: they have the mean.
+    pub without_normal: u64,
+    /// Points around which rays measure, as a surface passes through itself there.
+    pub sampled_points: u64,
+}
+
+impl TensorsReport {
+    /// Counts points.
+    pub fn new(tensors: &Tensors) -> TensorsReport {
+        let TensorCounts { cut_points, without_normal, sampled_points, .. } = tensors.counts;
+        TensorsReport { cut_points, without_normal, sampled_points }
     }
 }

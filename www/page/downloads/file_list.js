@@ -42,6 +42,7 @@ const FILES = [
     format: 'conformal.npz',
     options: PACKED,
   }),
+  file('tensors', 'tensors.npz', 'Smoothed permittivity', 'NumPy, compressed', { format: 'tensors.npz', options: PACKED }),
   ...Object.entries(formats).flatMap(([name, { kind, program = '', about = '', file: named = '' }]) => {
     if (kind !== 'export') return [];
     const isArchive = named.endsWith('.zip');

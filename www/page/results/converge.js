@@ -24,6 +24,7 @@ const CHOSEN = /** @type {const} */ ([
   'fractions',
   'staggered',
   'conformal',
+  'tensors',
 ]);
 
 /** What was found last. @type {Level[]} */

@@ -107,6 +107,7 @@ function measured({
   fraction_centroids: centroids,
   staggered,
   conformal,
+  tensors,
 }) {
   /** @type {import('hexcast').FractionsJob} */
   const method = rays === 0 ? { method: 'exact', ...(edges && { edges }), ...(centroids && { centroids }) } : { rays };
@@ -115,6 +116,7 @@ function measured({
     ...(fractions ? { fractions: { ...method, faces, surfaces } } : {}),
     ...(staggered ? { staggered } : {}),
     ...(conformal ? { conformal: {} } : {}),
+    ...(tensors ? { tensors: {} } : {}),
   };
 }
 

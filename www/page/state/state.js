@@ -48,6 +48,7 @@
  * @property {boolean} fraction_centroids whether centres of parts of cells are, too
  * @property {boolean} staggered whether the points of a staggered grid get flags
  * @property {boolean} conformal whether edges and faces outside metal are measured
+ * @property {boolean} tensors whether permittivity is smoothed at the points of E
  * @property {'auto' | 'x' | 'y' | 'z'} axis
  * @property {string} unit
  * @property {import('hexcast').Material | null} background what the background is made of
@@ -129,6 +130,7 @@ export const MEASURED = /** @type {const} */ ([
   'fraction_centroids',
   'staggered',
   'conformal',
+  'tensors',
 ]);
 
 /** The defaults of the job. @type {Readonly<Settings>} */
@@ -162,6 +164,7 @@ export const DEFAULTS = Object.freeze({
   fraction_centroids: false,
   staggered: false,
   conformal: false,
+  tensors: false,
   axis: 'auto',
   unit: '',
   background: null,

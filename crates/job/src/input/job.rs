@@ -57,7 +57,7 @@ pub use geometry_job::{BackgroundJob, GeometryJob};
 #[cfg(not(target_arch = "wasm32"))]
 pub use job_file::{JobFile, Level, Names, RunJob};
 pub use lines_job::{DEFAULT_GROWTH, GradedJob, LinesJob};
-pub use measured_job::{ConformalJob, FractionsJob, FractionsMethod, LinksJob, Stencil};
+pub use measured_job::{AnisotropicJob, ConformalJob, FractionsJob, FractionsMethod, LinksJob, Stencil, TensorsJob};
 pub use numbers::PerAxis;
 #[cfg(not(target_arch = "wasm32"))]
 pub use one_or_many::Several;
@@ -315,6 +315,10 @@ pub struct Job {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "cli", arg(skip))]
     pub conformal: Option<ConformalJob>,
+    /// Averages the permittivity in the cell around each point of E, as tensors.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "cli", arg(skip))]
+    pub tensors: Option<TensorsJob>,
     /// What meshes: the GPU or the CPU; the cells do not depend on it.
     #[cfg_attr(feature = "cli", arg(long, value_enum, value_name = "BACKEND", default_value_t, help_heading = METHOD))]
     pub backend: BackendChoice,
@@ -391,7 +395,8 @@ impl Job {
     /// Whether something is asked for that is measured at the surfaces.
     #[doc(hidden)]
     pub fn is_measured(&self) -> bool {
-        self.links.is_some() || self.fractions.is_some() || self.staggered || self.conformal.is_some()
+        let has_cut = self.fractions.is_some() || self.conformal.is_some() || self.tensors.is_some();
+        self.links.is_some() || self.staggered || has_cut
     }
 
     /// Writes the job as JSON; reading it back gives the same job.

@@ -1,4 +1,4 @@
-//! Outputs of what is measured at surfaces: links, and fractions of cells; staggered grids; and edges and faces outside metal.
+//! Outputs of what is measured at surfaces: links, and fractions of cells; staggered grids; edges and faces outside metal; and smoothed permittivity.
 
 use std::path::{Path, PathBuf};
 
@@ -6,7 +6,8 @@ use hexcast::export::write_links_hdf5;
 use hexcast::job::{Axis, FractionsMethod, Job, RunJob, Stencil, ZarrJob};
 use hexcast::report::MeshFacts;
 use hexcast::write::{
-    Compress, Format, LinksFormat, Options, write_conformal, write_fractions, write_links, write_solid, write_staggered,
+    Compress, Format, LinksFormat, Options, write_conformal, write_fractions, write_links, write_solid,
+    write_staggered, write_tensors,
 };
 use hexcast::{Error, Result};
 
@@ -79,6 +80,9 @@ pub(crate) struct MeasuredArguments {
     /// Least area of a face for --conformal, as a part of the fraction of its longest edge; 0 leaves areas as they are [default: 0.125]
     #[arg(long, value_name = "PART", requires = "conformal", value_parser = number::<f64>)]
     stable: Option<f64>,
+    /// Write the permittivity averaged around each point of E, as tensors, to a file, .npz; geometries have it as FILE:eps_r=2.2
+    #[arg(long, value_name = "FILE")]
+    tensors: Option<PathBuf>,
 }
 
 /// A file of what is measured.
@@ -99,6 +103,7 @@ enum What {
     Solid(Format),
     Staggered,
     Conformal,
+    Tensors,
 }
 
 /// The format of a file of links, by its name; None is HDF5.
@@ -132,6 +137,7 @@ impl MeasuredArguments {
         run.fractions_output = self.fractions.as_deref().map(as_text).transpose()?;
         run.staggered_output = self.staggered.as_deref().map(as_text).transpose()?;
         run.conformal_output = self.conformal.as_deref().map(as_text).transpose()?;
+        run.tensors_output = self.tensors.as_deref().map(as_text).transpose()?;
         Ok(())
     }
 
@@ -167,6 +173,9 @@ impl MeasuredArguments {
             conformal.metal = self.metal.clone().unwrap_or_else(|| std::mem::take(&mut conformal.metal));
             conformal.stable = self.stable.unwrap_or(conformal.stable);
         }
+        if self.tensors.is_some() {
+            job.tensors.get_or_insert_default();
+        }
         let is_dense = |path: &PathBuf| fractions_format(path).is_ok_and(|format| format != Format::Npz);
         if job.halo.is_some_and(|halo| halo > 0) && self.fractions.as_ref().is_some_and(is_dense) {
             let message =
@@ -180,7 +189,7 @@ impl MeasuredArguments {
     pub(crate) fn has_archive(&self) -> bool {
         let of_links = self.links.as_deref().map(links_format);
         let has_fractions = self.fractions.as_deref().is_some_and(|path| fractions_format(path) != Ok(Format::Npy));
-        let is_npz = self.staggered.is_some() || self.conformal.is_some();
+        let is_npz = self.staggered.is_some() || self.conformal.is_some() || self.tensors.is_some();
         is_npz || has_fractions || matches!(of_links, Some(Ok(None | Some(LinksFormat::Npz))))
     }
 
@@ -201,7 +210,8 @@ impl MeasuredArguments {
         }
         let staggered = (&self.staggered, What::Staggered, "a staggered grid is");
         let conformal = (&self.conformal, What::Conformal, "edges and faces outside metal are");
-        for (path, what, named) in [staggered, conformal] {
+        let tensors = (&self.tensors, What::Tensors, "smoothed permittivity is");
+        for (path, what, named) in [staggered, conformal, tensors] {
             let Some(path) = path else { continue };
             if !path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("npz")) {
                 let message = format!("{}: {named} written as .npz", path.display());
@@ -221,8 +231,9 @@ impl Output for MeasuredFile {
 
     fn write(&mut self, meshed: &Meshed, written: &mut Written) -> Result<()> {
         let (mesh, compress, file) = (meshed.mesh, self.options.compress, &self.file);
-        let Some(MeshFacts { links, fractions, staggered, conformal, .. }) = meshed.facts else { return Ok(()) };
-        let n_bytes = match (self.what, links, fractions, (staggered, conformal)) {
+        let Some(facts) = meshed.facts else { return Ok(()) };
+        let MeshFacts { links, fractions, staggered, conformal, tensors, .. } = facts;
+        let n_bytes = match (self.what, links, fractions, (staggered, conformal, tensors)) {
             (What::Links(None), Some(links), ..) => {
                 let place = file.temporary.path();
                 let size = || std::fs::metadata(place).map_err(|error| Error::io("reading its size", error));
@@ -238,12 +249,13 @@ impl Output for MeasuredFile {
                 let options = self.options.with_compress(compress);
                 file.fill(|out| write_solid(mesh, fractions, (format, &options), out, meshed.control))?
             }
-            (What::Staggered, .., (Some(staggered), _)) => {
+            (What::Staggered, .., (Some(staggered), ..)) => {
                 file.fill(|out| write_staggered(staggered, mesh, compress, out))?
             }
-            (What::Conformal, .., (_, Some(conformal))) => {
+            (What::Conformal, .., (_, Some(conformal), _)) => {
                 file.fill(|out| write_conformal(conformal, mesh, compress, out))?
             }
+            (What::Tensors, .., (.., Some(tensors))) => file.fill(|out| write_tensors(tensors, mesh, compress, out))?,
             _ => return Ok(()),
         };
         written.files.push(file.of_bytes(n_bytes));

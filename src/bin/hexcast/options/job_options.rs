@@ -59,6 +59,7 @@ const OTHERS: &[(&str, &[&str])] = &[
     ("fractions", &["fractions_output"]),
     ("staggered", &["staggered_output"]),
     ("conformal", &["conformal_output"]),
+    ("tensors", &["tensors_output"]),
 ];
 /// Keys that choose the cells, of which an option replaces all.
 const CELLS: &[&str] = &["cells", "dims", "cell_size", "max_cell_size", "tolerance", "lines", "graded"];
@@ -85,16 +86,26 @@ fn is_excluded(id: &str, is_given: &impl Fn(&str) -> bool) -> bool {
 }
 
 /// Keys whose options have other names, and those.
-const RENAMED: [(&str, &str); 5] = [
+const RENAMED: [(&str, &str); 6] = [
     ("output", "outputs"),
     ("links_output", "links"),
     ("fractions_output", "fractions"),
     ("staggered_output", "staggered"),
     ("conformal_output", "conformal"),
+    ("tensors_output", "tensors"),
 ];
 /// Keys that are names of files.
-const FILES: [&str; 8] =
-    ["output", "report", "doubt", "links_output", "fractions_output", "staggered_output", "conformal_output", "spill"];
+const FILES: [&str; 9] = [
+    "output",
+    "report",
+    "doubt",
+    "links_output",
+    "fractions_output",
+    "staggered_output",
+    "conformal_output",
+    "tensors_output",
+    "spill",
+];
 
 /// The names of clap and the arguments, one each, with `=`.
 fn options(run: &RunJob, folder: &Path) -> Result<Vec<(String, OsString)>> {
@@ -160,10 +171,11 @@ pub(crate) fn dump(job: &Job, run: RunJob, path: &Path) -> Result<()> {
     };
     let (mut job, mut run) = (job.clone(), run);
     job.geometries.iter_mut().for_each(|geometry| geometry.file = place(&geometry.file));
-    let RunJob { report, doubt, spill, links_output, fractions_output, staggered_output, conformal_output, .. } =
-        &mut run;
-    let measured = [links_output, fractions_output, staggered_output, conformal_output];
-    for name in [report, doubt, spill].into_iter().chain(measured).flatten() {
+    let RunJob { report, doubt, spill, links_output, fractions_output, staggered_output, .. } = &mut run;
+    for name in [report, doubt, spill, links_output, fractions_output, staggered_output].into_iter().flatten() {
+        *name = place(name);
+    }
+    for name in [&mut run.conformal_output, &mut run.tensors_output].into_iter().flatten() {
         *name = place(name);
     }
     let slices = run.slice.iter_mut().flat_map(|slices| &mut slices.0).map(|slice| &mut slice.output);
@@ -183,7 +195,7 @@ pub(crate) fn dump(job: &Job, run: RunJob, path: &Path) -> Result<()> {
 /// The files that a job writes.
 fn outputs(run: &RunJob) -> impl Iterator<Item = &str> {
     let measured = [&run.links_output, &run.fractions_output, &run.staggered_output, &run.conformal_output];
-    let single = [&run.report, &run.doubt].into_iter().chain(measured);
+    let single = [&run.report, &run.doubt, &run.tensors_output].into_iter().chain(measured);
     let slices = run.slice.iter().flat_map(|slices| &slices.0).map(|slice| &slice.output);
     let views = run.view.iter().flat_map(|views| &views.0).map(|view| &view.output);
     let meshes = run.output.iter().flat_map(|names| names.all());

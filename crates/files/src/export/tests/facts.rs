@@ -8,12 +8,13 @@ use hexcast_core::testing::assert_schema_is_committed;
 
 const FACTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/formats.json");
 /// What the package calls the files of what a job asks for besides the cells.
-const MEASURED: [&str; 10] = [
+const MEASURED: [&str; 11] = [
     "links.npz",
     "links.h5",
     "links",
     "staggered.npz",
     "conformal.npz",
+    "tensors.npz",
     "fractions.npz",
     "fractions.vti",
     "fractions.vtr",

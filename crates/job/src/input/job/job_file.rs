@@ -40,6 +40,9 @@ pub struct RunJob {
     /// File for edges and faces outside metal, `.npz`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub conformal_output: Option<String>,
+    /// File for smoothed permittivity, `.npz`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tensors_output: Option<String>,
     /// Slices of the mesh as pictures, one table or a list of them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub slice: Option<Several<SliceJob>>,

@@ -1,7 +1,7 @@
 //! Checks of a job before anything is read: every value in its range, nothing asked for twice. Messages name the key.
 
 use super::quoted::short_number;
-use super::{Fill, FractionsMethod, Job, Padding, PerAxis};
+use super::{Fill, FractionsMethod, Job, Padding, PerAxis, TensorsJob};
 use crate::base::error::{Error, Result};
 use crate::input::choices::check_n_geometries;
 
@@ -116,7 +116,8 @@ impl Job {
             let hint = "1 to 255: an inverted geometry with a flag of its own can be metal around all others";
             return Err(out_of_range("conductors", 0, hint));
         }
-        for (name, is_asked) in [("staggered", self.staggered), ("conformal", self.conformal.is_some())] {
+        let conformal = ("conformal", self.conformal.is_some());
+        for (name, is_asked) in [("staggered", self.staggered), conformal, ("tensors", self.tensors.is_some())] {
             if is_asked && self.close_gaps.is_some() {
                 let message = format!("{name} is given with close_gaps: it follows the surfaces, whose gaps stay open");
                 return Err(Error::new("job-conflict", message, "keep one of them"));
@@ -132,6 +133,7 @@ impl Job {
             let hint = "0 to 1: the least area of a face, as a part of the fraction of its longest edge";
             return Err(out_of_range("conformal.stable", stable, hint));
         }
+        self.tensors.as_ref().map_or(Ok(()), TensorsJob::validate)?;
         let Some(fractions) = self.fractions else { return Ok(()) };
         if !matches!(fractions.rays, 1 | 2 | 4 | 8 | 16) {
             return Err(out_of_range(
