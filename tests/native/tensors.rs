@@ -393,9 +393,10 @@ fn reports_of_parts_add_up_to_that_of_the_whole() {
 fn what_has_no_permittivity_is_said_with_a_remedy() {
     let folder = Folder::new();
     let (out, job) = (folder.path("e.npz"), folder.path("job.toml"));
+    let spot = std::path::absolute(SPOT).unwrap();
     let crystal = |eps: &str| {
         let text = format!(
-            "cells = 12\ntensors = {{ anisotropic = [{eps}] }}\n[[geometries]]\nfile = {SPOT:?}\nmaterial = {{ eps_r = 2 }}\n"
+            "cells = 12\ntensors = {{ anisotropic = [{eps}] }}\n[[geometries]]\nfile = {spot:?}\nmaterial = {{ eps_r = 2 }}\n"
         );
         std::fs::write(&job, text).unwrap();
     };

@@ -54,6 +54,7 @@ __all__ = [
     "Staggered",
     "Surface",
     "SurfaceLike",
+    "Tensors",
     "Update",
     "converge",
     "estimate",

@@ -16,6 +16,8 @@ use crate::cut_cells::measure::{CutBy, in_parts};
 const MIRRORS: [[bool; 3]; 2] = [[true, true, false], [false, true, true]];
 /// Differences below this part of the contrast are rounding.
 const ROUNDING: f64 = 1e-9;
+/// What has less of a cell than this has nothing: sums are rounded.
+const NOTHING: f64 = 1e-12;
 
 /// What a face says of the permittivity: its mean there less that of the cell, by the largest contrast in the cell; and whether all flags have of the face what they have of the cell.
 #[derive(Clone, Copy, Default)]
@@ -45,18 +47,18 @@ impl Rise {
             let entries = first..first + of_cell.len();
             first = entries.end;
             // where one flag has all, that of the point says it
-            if of_cell.iter().filter(|of| of.fraction > 0.0).count() < 2 {
+            if of_cell.iter().filter(|of| of.fraction > NOTHING).count() < 2 {
                 return None;
             }
             let outside = |at: &usize| Some((part.flags[*at].fraction, eps[usize::from(part.flags[*at].flag)]?));
             let parts: Vec<(f64, Tensor)> = entries.clone().filter_map(|at| outside(&at)).collect();
-            let has_metal = parts.len() < of_cell.len();
+            let has_metal = of_cell.iter().any(|of| of.fraction > NOTHING && eps[usize::from(of.flag)].is_none());
             let parts_of_faces = entries.filter(|at| outside(at).is_some()).map(|at| part.faces[at]);
             let (cell, is_sampled) = (of_cell[0].cell, of_cell[0].is_sampled);
             let mut rise =
                 Rise { cell, parts: Vec::new(), has_metal, is_mixed: false, is_sampled, faces: Default::default() };
             rise.compare(&parts, parts_of_faces);
-            rise.parts = parts.into_iter().filter(|(part, _)| *part > 0.0).collect();
+            rise.parts = parts.into_iter().filter(|(part, _)| *part > NOTHING).collect();
             Some(rise)
         })
     }
@@ -67,13 +69,13 @@ impl Rise {
         if total <= 0.0 {
             return;
         }
-        let mut held = parts.iter().filter(|(part, _)| *part > 0.0);
+        let mut held = parts.iter().filter(|(part, _)| *part > NOTHING);
         let Some((_, first)) = held.next() else { return };
         self.is_mixed = held.any(|(_, of)| of != first);
         let against_mean = |values: &[f64]| {
             let mean = parts.iter().zip(values).map(|((part, _), value)| part * value).sum::<f64>() / total;
             let off: Vec<f64> = values.iter().map(|value| value - mean).collect();
-            let held = off.iter().zip(parts).filter(|(_, (part, _))| *part > 0.0);
+            let held = off.iter().zip(parts).filter(|(_, (part, _))| *part > NOTHING);
             (held.map(|(off, _)| off.abs()).fold(0.0, f64::max), off, mean)
         };
         let numbers: Vec<f64> = parts.iter().map(|(_, of)| mean_of(of)).collect();
