@@ -72,10 +72,10 @@ pub struct HexcastArray {
     /// Their type as NumPy names it: "|u1" uint8_t, "|i1" int8_t, "<i2" int16_t, "<i4" int32_t, "<u4" uint32_t, "<u8" uint64_t, "<f4" float,
     /// "<f8" double; a text that ends with a zero byte.
     pub kind: [c_char; 4],
-    /// Number of axes, 1 to 3.
+    /// Number of axes, 1 to 4.
     pub n_axes: u32,
     /// Length of each axis, the last one fastest; 0 for those that it does not have.
-    pub shape: [u64; 3],
+    pub shape: [u64; 4],
     /// Bytes of all numbers.
     pub n_bytes: u64,
 }
