@@ -15,7 +15,16 @@ import { ROOT } from './run.mjs';
 
 const COMMAND = '`npm run options` of docs/job.schema.json';
 /** Definitions that are types by their own names, in the order in which they are written. */
-const NAMED = ['Material', 'GeometryJob', 'GradedJob', 'LinksJob', 'FractionsJob', 'ConformalJob', 'AnisotropicJob', 'TensorsJob'];
+const NAMED = [
+  'Material',
+  'GeometryJob',
+  'GradedJob',
+  'LinksJob',
+  'FractionsJob',
+  'ConformalJob',
+  'AnisotropicJob',
+  'TensorsJob',
+];
 /** Keys that only the native program has. */
 const NATIVE = ['backend'];
 /** Definitions with keys of their own, in the order of the reference. */

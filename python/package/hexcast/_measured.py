@@ -349,8 +349,11 @@ def in_dataset(
                 variables[name if is_surface else f"cut_{name}"] = (dimensions[: array.ndim], array)
     if "doubt" in measured:
         variables["doubtful"] = (("z", "y", "x"), measured["doubt"].flags)
-    on_lines = {"staggered": ("Ex", "Ey", "Ez", "Hx", "Hy", "Hz"), "conformal": ("Lx", "Ly", "Lz", "Ax", "Ay", "Az")}
-    on_lines["tensors"] = ("Ex", "Ey", "Ez")
+    on_lines = {
+        "staggered": ["Ex", "Ey", "Ez", "Hx", "Hy", "Hz"],
+        "conformal": ["Lx", "Ly", "Lz", "Ax", "Ay", "Az"],
+        "tensors": ["Ex", "Ey", "Ez"],
+    }
     for kind in [kind for kind in on_lines if kind in measured]:
         data = data.assign_coords({f"{axis}_line": of for axis, of in zip("xyz", lines)})
         for name in on_lines[kind]:
