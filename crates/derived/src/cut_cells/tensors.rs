@@ -26,7 +26,7 @@ mod smoothed;
 use std::ops::Range;
 
 use hexcast_core::base::control::Control;
-use hexcast_core::base::error::{Error, Result};
+use hexcast_core::base::error::Result;
 use hexcast_core::cells::columns::Columns;
 use hexcast_core::cells::flags::{CellBox, flags_of_box};
 use hexcast_core::grid::lines::Lines;
@@ -37,7 +37,7 @@ use super::measure::{CutBy, in_parts};
 use crate::staggered::COMPONENTS;
 use faces::{Below, Rise};
 use smoothed::smoothed;
-pub use smoothed::{Tensor, isotropic};
+pub use smoothed::{OfFlags, Tensor, isotropic};
 
 /// The smoothed permittivity at the points of E.
 #[derive(Debug, Clone, PartialEq)]
@@ -120,9 +120,6 @@ impl Tensors {
         Tensors { parts, origin, counts }
     }
 }
-
-/// The permittivity of each flag; None of metal.
-pub type OfFlags = [Option<Tensor>; 256];
 
 /// Finds the permittivity at the points of a component, 0 to 2, that some cells of the box have. The frame of `by` is that of the cells around all points
 /// ([`hexcast_core::grid::frame::Frame::around_faces`]), its lines are those of the box; `codes` has rank + 1 at these points.
@@ -224,13 +221,4 @@ fn around_points(lines: &Lines, is_moved: [bool; 3]) -> Result<Lines> {
         middles
     };
     Lines::from_lists([0, 1, 2].map(list))
-}
-
-/// The error of too many points for the memory.
-fn no_room(needed: u64, max_bytes: u64) -> Result<()> {
-    if needed <= max_bytes {
-        return Ok(());
-    }
-    let message = format!("smoothed permittivity takes {needed} bytes: {max_bytes} are left of the memory allowed");
-    Err(Error::new("memory", message, "allow more with max_memory (--max-memory), or use larger cells"))
 }

@@ -1,14 +1,13 @@
 //! How the permittivity of a cell changes from face to face, on the inner sides of its faces.
 
 use hexcast_core::base::control::Control;
-use hexcast_core::base::error::Result;
+use hexcast_core::base::error::{Error, Result};
 use hexcast_core::base::parallel::*;
 use hexcast_core::base::sort::sort_by_key;
 use hexcast_core::grid::frame::{Frame, normal};
 use hexcast_core::grid::window::CellWindow;
 
-use super::smoothed::{Tensor, mean_of};
-use super::{OfFlags, no_room};
+use super::smoothed::{OfFlags, Tensor, mean_of};
 use crate::cut_cells::cut_cell::{CutCellsJob, CutPart};
 use crate::cut_cells::measure::{CutBy, in_parts};
 
@@ -187,6 +186,15 @@ fn add_last(found: &mut Seen, last: &[(u64, [OfFace; 3])]) {
         faces[2] = of_last[2];
         true
     });
+}
+
+/// The error of too many points for the memory.
+fn no_room(needed: u64, max_bytes: u64) -> Result<()> {
+    if needed <= max_bytes {
+        return Ok(());
+    }
+    let message = format!("smoothed permittivity takes {needed} bytes: {max_bytes} are left of the memory allowed");
+    Err(Error::new("memory", message, "allow more with max_memory (--max-memory), or use larger cells"))
 }
 
 /// Whether a facet lies in a plane of faces.

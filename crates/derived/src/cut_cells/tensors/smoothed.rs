@@ -14,6 +14,9 @@
 /// A symmetric tensor: xx, yy, zz, yz, xz, xy.
 pub type Tensor = [f64; 6];
 
+/// The permittivity of each flag; None of metal.
+pub type OfFlags = [Option<Tensor>; 256];
+
 /// Where a tensor has what of a matrix.
 const PLACES: [[usize; 2]; 6] = [[0, 0], [1, 1], [2, 2], [1, 2], [0, 2], [0, 1]];
 
