@@ -15,7 +15,17 @@ import { ROOT } from './run.mjs';
 
 const COMMAND = '`npm run options` of docs/job.schema.json';
 /** Definitions that are types by their own names, in the order in which they are written. */
-const NAMED = ['Material', 'GeometryJob', 'GradedJob', 'LinksJob', 'FractionsJob', 'ConformalJob', 'DistanceJob'];
+const NAMED = [
+  'Material',
+  'GeometryJob',
+  'GradedJob',
+  'LinksJob',
+  'FractionsJob',
+  'ConformalJob',
+  'AnisotropicJob',
+  'TensorsJob',
+  'DistanceJob',
+];
 /** Keys that only the native program has. */
 const NATIVE = ['backend'];
 /** Definitions with keys of their own, in the order of the reference. */
@@ -30,6 +40,8 @@ const INNER = [
   'FractionsJob',
   'ConformalJob',
   'DistanceJob',
+  'TensorsJob',
+  'AnisotropicJob',
   'BackgroundJob',
   'SliceJob',
   'ViewJob',
@@ -44,6 +56,7 @@ const IN_JAVASCRIPT = {
   staggered: 'See `Mesh.staggered`.',
   conformal: 'See `Mesh.conformal`.',
   distance: 'See `Mesh.distance`.',
+  tensors: 'See `Mesh.tensors`.',
 };
 /** What holds in Python alone. @type {Record<string, string>} */
 const IN_PYTHON = {
@@ -57,6 +70,7 @@ const IN_PYTHON = {
   staggered: 'Counted in `report["staggered"]`.',
   conformal: 'Counted in `report["conformal"]`.',
   distance: 'Described in `report["distance"]`.',
+  tensors: 'Counted in `report["tensors"]`.',
   max_memory: 'By default 3/4 of what is available.',
   background: 'Such as `{"name": "air", "material": {"eps_r": 1}}`.',
 };

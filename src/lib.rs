@@ -28,6 +28,8 @@ pub use hexcast_core::{
 };
 #[doc(inline)]
 pub use hexcast_derived::cut_cells::conformal;
+#[doc(inline)]
+pub use hexcast_derived::cut_cells::tensors;
 /// # Example
 /// ```
 /// # use hexcast::{Control, GeometryJob, Job, Mesher, MesherOptions, Source, job::BackendChoice, pipeline::MeshOptions};

@@ -65,6 +65,8 @@ export type ErrorCode =
   | 'too-many-geometries'
   /** Edges and faces outside metal are asked for, and no flag is metal. */
   | 'no-metal'
+  /** Smoothed permittivity is asked for, and what a geometry is made of has none. */
+  | 'no-permittivity'
   | 'too-many-crossings'
   | 'export-too-large'
   | 'export-unit'

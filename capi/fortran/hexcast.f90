@@ -14,7 +14,7 @@ module hexcast
   type, bind(c) :: hexcast_array
     character(kind=c_char) :: kind(4)
     integer(c_int32_t) :: n_axes = 0
-    integer(c_int64_t) :: shape(3)
+    integer(c_int64_t) :: shape(4)
     integer(c_int64_t) :: n_bytes = 0
   end type
 

@@ -442,7 +442,7 @@ static void measured(const HexcastMesher *mesher) {
   const char *job =
       "{\"geometries\": [{\"file\": \"box\", \"flag\": 5}], \"dims\": [20, 16, 12], \"domain\": [0, 0, 0, 20, 16, 12],"
       " \"links\": {\"stencil\": \"D3Q7\"}, \"fractions\": {\"rays\": 2, \"faces\": true}, \"staggered\": true,"
-      " \"conformal\": {\"metal\": [5], \"stable\": 0}}";
+      " \"conformal\": {\"metal\": [5], \"stable\": 0}, \"tensors\": {}}";
   HexcastError *error = NULL;
   HexcastMesh *mesh = hexcast_mesh(mesher, job, &box, 1, &error);
   CHECK(mesh != NULL && hexcast_mesh_doubt(mesh) == NULL);
@@ -498,6 +498,15 @@ static void measured(const HexcastMesher *mesher) {
   CHECK(lx[(5 * 17 + 5) * 20 + 14] == 0.5 && lx[(10 * 17 + 2) * 20 + 14] == 0.5 && lx[(11 * 17 + 2) * 20 + 14] == 1.0);
   CHECK(lx[(5 * 17 + 5) * 20 + 13] == 0.0 && lx[(5 * 17 + 5) * 20 + 15] == 1.0);
   free(lx);
+
+  /* six numbers a point: outside metal vacuum is all that there is */
+  HexcastArray tensors;
+  CHECK(hexcast_mesh_array(mesh, "tensors", "Ex", &tensors, NULL) == 0 && tensors.n_axes == 4 && strcmp(tensors.kind, "<f8") == 0);
+  CHECK(tensors.shape[0] == 13 && tensors.shape[1] == 17 && tensors.shape[2] == 20 && tensors.shape[3] == 6);
+  double *eps = malloc(tensors.n_bytes);
+  CHECK(hexcast_mesh_fill_array(mesh, "tensors", "Ex", eps, tensors.n_bytes, NULL) == 0);
+  for (size_t number = 0; number < tensors.n_bytes / 8; number++) CHECK(eps[number] == (number % 6 < 3 ? 1.0 : 0.0));
+  free(eps);
 
   CHECK(hexcast_mesh_fill_array(mesh, "staggered", "Ex", ex, 7, &error) == 1);
   check_error(error, "job-value", "7 bytes");

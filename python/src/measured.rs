@@ -27,11 +27,12 @@ type CutCells<'py> = (u32, u32, PyReadonlyArray1<'py, u64>, PyReadonlyArray1<'py
 #[pyfunction]
 pub(crate) fn measured_kinds(mesh: &Bound<'_, RawMesh>) -> Vec<&'static str> {
     let raw = mesh.get();
-    let Measured { links, fractions, staggered, conformal, distance, doubt, .. } = &*raw.measured;
+    let Measured { links, fractions, staggered, conformal, tensors, distance, doubt, .. } = &*raw.measured;
     let kinds = [("links", links.is_some()), ("fractions", fractions.is_some())];
     let others = [
         ("staggered", staggered.is_some()),
         ("conformal", conformal.is_some()),
+        ("tensors", tensors.is_some()),
         ("distance", distance.is_some()),
         ("doubt", doubt.is_some()),
     ];
@@ -39,7 +40,7 @@ pub(crate) fn measured_kinds(mesh: &Bound<'_, RawMesh>) -> Vec<&'static str> {
     kinds.filter_map(|(name, is_there)| is_there.then_some(name)).collect()
 }
 
-/// The arrays of `links`, `fractions`, `staggered`, `conformal` or `distance`.
+/// The arrays of `links`, `fractions`, `staggered`, `conformal`, `tensors` or `distance`.
 #[pyfunction]
 pub(crate) fn arrays(mesh: &Bound<'_, RawMesh>, of: &str) -> PyResult<Vec<Described>> {
     let raw = mesh.get();

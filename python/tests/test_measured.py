@@ -19,6 +19,7 @@ ASKED = {
     "fractions": {"faces": True, "surfaces": True},
     "staggered": True,
     "conformal": {"metal": [1], "stable": 0},
+    "tensors": {"anisotropic": [{"flag": 1, "eps_r": [4, 4, 4, 0, 0, 0]}]},
 }
 
 
@@ -105,6 +106,21 @@ def test_distances_are_those_of_a_ball():
     assert nodes.distance.max() == nodes.width and nodes.distance.min() == -nodes.width
 
 
+def test_tensors_are_those_that_arithmetic_finds():
+    """The body ends in the middle of a cell along z, so that the cell around a point of Ez is half full."""
+    glass = {"anisotropic": [{"flag": 1, "eps_r": [4, 4, 4, 0, 0, 0]}]}
+    tensors = hexcast.mesh(BODY, **SIZE, tensors=glass).tensors
+    assert tensors.Ex.shape == (7, 8, 8, 6)
+    assert tensors.Ez.shape == (6, 8, 9, 6)
+    inside, half, outside = tensors.Ez[3, 3, 4], tensors.Ez[4, 3, 4], tensors.Ez[5, 3, 4]
+    assert inside.tolist() == [4, 4, 4, 0, 0, 0]
+    assert np.allclose(half, [2.5, 2.5, 1.6, 0, 0, 0], rtol=0, atol=1e-12)
+    assert outside.tolist() == [1, 1, 1, 0, 0, 0]
+    with pytest.raises(hexcast.Error, match="no permittivity") as caught:
+        hexcast.mesh(BODY, **SIZE, tensors={})
+    assert caught.value.code == "no-permittivity"
+
+
 def test_doubtful_cells_are_a_mesh():
     vertices, faces = sphere((0, 0, 0), 1)
     with pytest.warns(hexcast.MeshWarning, match="not closed"):
@@ -113,7 +129,7 @@ def test_doubtful_cells_are_a_mesh():
     assert mesh.doubt.lines[0].tolist() == mesh.lines[0].tolist()
 
 
-@pytest.mark.parametrize("kind", ["links", "fractions", "staggered", "conformal", "distance", "doubt"])
+@pytest.mark.parametrize("kind", ["links", "fractions", "staggered", "conformal", "tensors", "distance", "doubt"])
 def test_what_was_not_asked_for_is_an_error(kind):
     with pytest.raises(hexcast.Error, match=f"{kind}") as caught:
         getattr(hexcast.mesh(BODY, **SIZE), kind)
@@ -121,7 +137,7 @@ def test_what_was_not_asked_for_is_an_error(kind):
     assert isinstance(caught.value, ValueError)
 
 
-NAMES = ["links.npz", "links.links", "fractions.npz", *(f"fractions.{of}" for of in ("vti", "vtr", "npy", "zarr", "zarr.zip")), "staggered.npz", "conformal.npz", "distance.npz"]
+NAMES = ["links.npz", "links.links", "fractions.npz", *(f"fractions.{of}" for of in ("vti", "vtr", "npy", "zarr", "zarr.zip")), "staggered.npz", "conformal.npz", "tensors.npz", "distance.npz"]
 
 
 @pytest.mark.parametrize("size", [{}, {"window": (3, 2, 4, 20, 25, 28)}], ids=["whole", "window"])
@@ -135,14 +151,16 @@ def test_files_are_those_of_the_command(spot, tmp_path, command, name, size, is_
         of_fractions |= {"method": "exact", "edges": True, "centroids": True}
         words += ["--fraction-method", "exact", "--fraction-edges", "--fraction-centroids"]
     words += {"conformal": ["--metal", "1"], "distance": ["--distance-at", "nodes"]}.get(kind, [])
-    asked = {"links": {}, "fractions": of_fractions, "staggered": True, "conformal": {"metal": [1]}, "distance": {"at": "nodes"}}[kind]
-    mesh = hexcast.mesh(spot, cells=32, padding={"cells": 2}, backend="cpu", **size, **{kind: asked})
+    asked = {"links": {}, "fractions": of_fractions, "staggered": True, "conformal": {"metal": [1]}, "tensors": {}, "distance": {"at": "nodes"}}[kind]
+    body = {"file": spot, "material": {"eps_r": 4.5}} if kind == "tensors" else spot
+    mesh = hexcast.mesh(body, cells=32, padding={"cells": 2}, backend="cpu", **size, **{kind: asked})
     if is_pickled:
         mesh = pickle.loads(pickle.dumps(mesh))
     ours, theirs = tmp_path / f"ours.{name.split('.', 1)[1]}", tmp_path / f"theirs.{name.split('.', 1)[1]}"
     getattr(mesh, kind).save(ours)
     words += ["--window", ",".join(map(str, size["window"]))] if size else []
-    command("mesh", spot, "--cells", 32, "--padding-cells", 2, "--backend", "cpu", f"--{kind}", theirs, *words)
+    body = f"{spot}:eps_r=4.5" if kind == "tensors" else spot
+    command("mesh", body, "--cells", 32, "--padding-cells", 2, "--backend", "cpu", f"--{kind}", theirs, *words)
     assert bytes_of(ours) == bytes_of(theirs)
 
 
@@ -176,6 +194,7 @@ def test_xarray_has_what_was_measured(mesh):
     assert (data.Ex.sel(z_line=4, y_line=5, x=2.5) == 1).all()
     assert data.Lz.dims == ("z", "y_line", "x_line")
     assert data.Ax.dims == ("z", "y", "x_line")
+    assert data.eps_Ez.dims == ("z", "y_line", "x_line", "tensor")
     assert data.cut_faces.dims == ("cut", "face")
     assert data.surface_normal.dims == ("surface", "axis")
     assert "doubtful" not in data
@@ -203,7 +222,7 @@ def test_a_mesh_survives_copies(mesh, again, tmp_path):
     assert (other.flags == mesh.flags).all()
     assert other.report == mesh.report
     assert other.names == mesh.names
-    for kind in ("links", "fractions", "staggered", "conformal"):
+    for kind in ("links", "fractions", "staggered", "conformal", "tensors"):
         of_one, of_other = getattr(mesh, kind)._arrays(), getattr(other, kind)._arrays()
         assert list(of_one) == list(of_other)
         assert all((of_one[name] == of_other[name]).all() for name in of_one)

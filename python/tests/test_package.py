@@ -115,7 +115,7 @@ def test_readme_runs(spot, tmp_path, monkeypatch):
         exec(compile(block, "README.md", "exec"), {})
 
 
-@pytest.mark.parametrize("page", ["conformal", "fractions", "links", "scenes", "staggered"])
+@pytest.mark.parametrize("page", ["conformal", "fractions", "links", "scenes", "staggered", "tensors"])
 def test_what_a_page_says_of_python_runs(page, spot, tmp_path, monkeypatch):
     """Blocks marked ``py``; those marked ``python`` read files of the command, and run with the solvers."""
     monkeypatch.chdir(tmp_path)

@@ -5,12 +5,13 @@
 use crate::meshing::report::MeshFacts;
 use hexcast_core::base::error::{Error, Result};
 use hexcast_derived::cut_cells::conformal::Conformal;
+use hexcast_derived::cut_cells::tensors::Tensors;
 use hexcast_derived::distance::Distance;
 use hexcast_derived::fractions::Fractions;
 use hexcast_derived::links::Links;
 use hexcast_derived::mesh::Mesh;
 use hexcast_derived::staggered::Staggered;
-use hexcast_files::write::{Array, conformal, distance, fractions, links, staggered};
+use hexcast_files::write::{Array, conformal, distance, fractions, links, staggered, tensors};
 
 /// What a mesh has beside its cells, where its job asked for it.
 #[derive(Debug, Default)]
@@ -26,6 +27,8 @@ pub struct Measured {
     pub conformal: Option<Conformal>,
     /// The signed distances of cells or nodes.
     pub distance: Option<Distance>,
+    /// The smoothed permittivity.
+    pub tensors: Option<Tensors>,
     /// The cells that rays do not decide: flag 1.
     pub doubt: Option<Mesh>,
 }
@@ -33,13 +36,14 @@ pub struct Measured {
 impl Measured {
     /// Takes it out of the facts, which keep what a report says of it.
     pub fn take(facts: &mut MeshFacts) -> Measured {
-        let MeshFacts { links, fractions, staggered, conformal, distance, doubt, .. } = facts;
+        let MeshFacts { links, fractions, staggered, conformal, tensors, distance, doubt, .. } = facts;
         Measured {
             links: links.take(),
             fractions: fractions.take(),
             staggered: staggered.take(),
             conformal: conformal.take(),
             distance: distance.take(),
+            tensors: tensors.take(),
             doubt: doubt.take(),
         }
     }
@@ -68,7 +72,7 @@ impl Measured {
         self.distance.as_ref().ok_or_else(|| missing("distance"))
     }
 
-    /// The arrays of `links`, `fractions`, `staggered`, `conformal` or `distance`: those of the `.npz` that is written.
+    /// The arrays of `links`, `fractions`, `staggered`, `conformal`, `tensors` or `distance`: those of the `.npz` that is written.
     ///
     /// # Errors
     /// `job-conflict` where the mesh has none of these; `job-value` for another name.
@@ -79,12 +83,13 @@ impl Measured {
             "staggered" => staggered::arrays(self.staggered.as_ref().ok_or_else(|| missing(of))?, mesh),
             "conformal" => conformal::arrays(self.conformal.as_ref().ok_or_else(|| missing(of))?, mesh),
             "distance" => distance::arrays(self.distance()?, mesh),
+            "tensors" => tensors::arrays(self.tensors.as_ref().ok_or_else(|| missing(of))?, mesh),
             _ => {
                 let message = format!("\"{of}\" is nothing that a mesh has arrays of");
                 return Err(Error::new(
                     "job-value",
                     message,
-                    "name links, fractions, staggered, conformal or distance",
+                    "name links, fractions, staggered, conformal, tensors or distance",
                 ));
             }
         })

@@ -42,6 +42,7 @@ mod remedies;
 mod shell_checks;
 mod staggered;
 mod surfaces;
+mod tensors;
 mod warnings;
 
 use backend::Backend;

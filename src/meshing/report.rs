@@ -11,6 +11,7 @@ use hexcast_core::input::job::{Job, Rule};
 use hexcast_core::input::sources::Source;
 use hexcast_core::open_surfaces::doubt::{Corners, Doubtful};
 use hexcast_derived::cut_cells::conformal::Conformal;
+use hexcast_derived::cut_cells::tensors::Tensors;
 use hexcast_derived::distance::Distance;
 use hexcast_derived::fractions::Fractions;
 use hexcast_derived::gaps::Gaps;
@@ -32,7 +33,7 @@ pub use of_columns::{ColumnsFlag, ColumnsReport};
 pub use of_geometries::{FillReport, FlagReport, GeometryReport, OpenReport, flag_reports, is_cut, thick_flags};
 pub use of_measured::{
     ComponentReport, ConformalReport, DistanceReport, FractionsReport, LinksReport, PointsReport, StaggeredReport,
-    VolumeReport,
+    TensorsReport, VolumeReport,
 };
 pub use of_shells::{MAX_OFF, MAX_SHELLS, MAX_SHELLS_OF_PART, ShellCheck, ShellReport, off};
 pub use of_window::{FlagSum, ShellsReport, WindowReport, WindowSums, WithoutCells};
@@ -260,6 +261,12 @@ pub struct MeshFacts {
     /// These; None unless asked for.
     #[serde(skip)]
     pub distance: Option<Distance>,
+    /// Points around which permittivity was smoothed; null where the job did not ask for them.
+    #[serde(rename = "tensors")]
+    pub tensors_report: Option<TensorsReport>,
+    /// The permittivity at these; None unless asked for.
+    #[serde(skip)]
+    pub tensors: Option<Tensors>,
     /// Cells that the winding number or a vote decided, as their rays are not all even or do not agree.
     pub doubtful: DoubtReport,
     /// These cells as a mesh with the flag 1 there; None unless asked for.

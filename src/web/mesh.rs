@@ -148,7 +148,7 @@ impl WebMesh {
         Ok(WebSkin { skin, lines: self.mesh.lines().clone() })
     }
 
-    /// Names and types of the arrays of `links`, `fractions`, `staggered`, `conformal` or `distance`, as JSON.
+    /// Names and types of the arrays of `links`, `fractions`, `staggered`, `conformal`, `tensors` or `distance`, as JSON.
     #[wasm_bindgen(js_name = arraysOf)]
     pub fn arrays_of(&self, of: &str) -> JsResult<String> {
         let arrays = self.measured.arrays(&self.mesh, of).map_err(js_error)?;

@@ -114,6 +114,8 @@ mod staggered;
 #[cfg(feature = "cli")]
 mod strangers;
 #[cfg(feature = "cli")]
+mod tensors;
+#[cfg(feature = "cli")]
 mod tolerances;
 #[cfg(feature = "cli")]
 mod verify;

@@ -1,4 +1,4 @@
-// Cells that differ in size, links, fractions of cells, staggered grids, edges and faces outside metal, and distances: the bytes of every file are those of the native command.
+// Cells that differ in size, links, fractions of cells, staggered grids, edges and faces outside metal, permittivity, and distances: the bytes of every file are those of the native command.
 
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
@@ -25,7 +25,7 @@ after(() => {
   rmSync(folder, { recursive: true, force: true });
 });
 
-const board = { file: 'board.stl', min_cells: 3 };
+const board = { file: 'board.stl', min_cells: 3, material: { eps_r: 4.5 } };
 const patch = { file: 'patch.stl', metal: true, max_size: 1 };
 const cow = { file: SPOT, flag: 7, name: 'cow' };
 const uneven = (first, last, n) => Array.from({ length: n + 1 }, (_, i) => first + (last - first) * (i / n) ** 1.3);
@@ -42,6 +42,7 @@ const JOBS = {
     geometries: [cow],
     lines: { x: uneven(-0.6, 0.5, 37), y: uneven(-0.8, 1, 41), z: uneven(-0.6, 1.1, 29) },
     axis: 'y',
+    tensors: { anisotropic: [{ flag: 7, eps_r: [2.25, 3, 4, 0.5, 0, 0] }] },
   },
   'a window of listed lines': {
     geometries: [cow],
@@ -64,6 +65,7 @@ const JOBS = {
     fractions: { rays: 2, faces: true, surfaces: true },
     staggered: true,
     conformal: { metal: [7] },
+    tensors: {},
   },
   'links and fractions on generated lines': {
     geometries: [board, patch],
@@ -73,6 +75,7 @@ const JOBS = {
     staggered: true,
     conformal: { stable: 0.25 },
     distance: { at: 'nodes', band: 'all' },
+    tensors: {},
   },
   'links and a staggered grid around an open surface and a sheet': {
     geometries: [
@@ -95,7 +98,7 @@ function native(job, compress) {
   const outputs = Object.keys(FILES)
     .filter((ending) => compress === 'none' || !['npy', 'raw'].includes(ending))
     .map((ending) => `${name}.${ending}`);
-  const measured = ['links', 'fractions', 'staggered', 'conformal', 'distance'].filter((of) => job[of]);
+  const measured = ['links', 'fractions', 'staggered', 'conformal', 'tensors', 'distance'].filter((of) => job[of]);
   const args = ['mesh', '--job', `${name}.json`, '--backend', 'cpu', '--json', `--compress=${compress}`];
   for (const output of outputs) args.push('-o', output);
   for (const of of measured) args.push(`--${of}`, `${name}.${of}.npz`);
@@ -128,7 +131,7 @@ const CODE = `
   const again = await mesher.open(readFileSync(folder + '/ours.hxc'));
   writeFileSync(folder + '/again.vtr', Buffer.from(await (await again.blob('vtr', { compress })).arrayBuffer()));
   const measured = {};
-  for (const of of ['links', 'fractions', 'staggered', 'conformal', 'distance']) {
+  for (const of of ['links', 'fractions', 'staggered', 'conformal', 'tensors', 'distance']) {
     const arrays = await mesh[of]().catch(({ code }) => code);
     if (typeof arrays === 'string') measured[of] = arrays;
     else {
@@ -191,6 +194,7 @@ for (const [name, job] of Object.entries(JOBS)) {
         'staggered',
         'conformal',
         'distance',
+        'tensors',
         'flags',
         'certificate',
         'window',
@@ -234,7 +238,7 @@ function checkArrays(job, measured, files) {
 }
 
 test('the JavaScript of the documentation runs as it is written', () => {
-  const results = { lines: 'vtr', links: 'records', fractions: 'image', staggered: 'npz', conformal: 'npz', distance: 'npz' };
+  const results = { lines: 'vtr', links: 'records', fractions: 'image', staggered: 'npz', conformal: 'npz', tensors: 'npz', distance: 'npz' };
   for (const [page, result] of Object.entries(results)) {
     const text = readFileSync(path.join(ROOT, `docs/${page}.md`), 'utf8');
     const blocks = [...text.matchAll(/```js\n(.*?)```/gs)].map(([, block]) => block);

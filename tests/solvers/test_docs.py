@@ -29,7 +29,7 @@ def test_an_example(page, tmp_path) -> None:
         assert (tmp_path / words[words.index("-o") + 1]).exists()
 
 
-@pytest.mark.parametrize("name", ["lines", "fractions", "links", "staggered", "conformal", "distance"])
+@pytest.mark.parametrize("name", ["lines", "fractions", "links", "staggered", "conformal", "tensors", "distance"])
 def test_what_is_measured_and_graded(name, tmp_path) -> None:
     """Commands, jobs and Python of a page; the commands have the last outputs that the Python reads."""
     page = (ROOT / f"docs/{name}.md").read_text()

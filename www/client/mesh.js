@@ -266,6 +266,11 @@ export class Mesh {
     return this.#measured('distance', options);
   }
 
+  /** @param {CallOptions} [options] @returns {Promise<import('../hexcast.js').Tensors>} */
+  async tensors(options) {
+    return this.#measured('tensors', options);
+  }
+
   /** @param {import('../core/arrays.js').Measured} of @param {CallOptions} [options] @returns {Promise<any>} */
   #measured(of, options) {
     return this.#call('arrays', { of }, optionsOf(options, CALL));

@@ -13,7 +13,7 @@ const KINDS = {
   '<u8': (buffer) => Float64Array.from(new BigUint64Array(buffer), Number),
 };
 
-/** @typedef {'links' | 'fractions' | 'staggered' | 'conformal' | 'distance'} Measured */
+/** @typedef {'links' | 'fractions' | 'staggered' | 'conformal' | 'tensors' | 'distance'} Measured */
 
 /**
  * The arrays of what was measured, by their names.

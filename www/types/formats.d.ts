@@ -14,6 +14,7 @@ export type MeasuredFormat =
   | 'distance.vtr'
   | 'distance.npy'
   | 'distance.zarr'
+  | 'tensors.npz'
   | 'fractions.npz'
   | 'fractions.vti'
   | 'fractions.vtr'

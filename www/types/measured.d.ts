@@ -122,6 +122,22 @@ export interface Conformal {
   dt_factor: Float64Numbers;
 }
 
+/** Relative permittivity at the points of E of a staggered grid of nx x ny x nz cells: xx, yy, zz, yz, xz, xy of each point, x fastest. */
+export interface Tensors {
+  /** nx, ny + 1, nz + 1 points on x, y, z. */
+  Ex: Float64Numbers;
+  /** nx + 1, ny, nz + 1. */
+  Ey: Float64Numbers;
+  /** nx + 1, ny + 1, nz. */
+  Ez: Float64Numbers;
+  /** Lines of each axis, cells + 1 numbers, in the unit of the files. */
+  x: Float64Numbers;
+  y: Float64Numbers;
+  z: Float64Numbers;
+  /** The cell of the first points, counted in the box: 0, 0, 0 but for windows and parts. */
+  origin: Int32Numbers;
+}
+
 /** Links from cells of the fluid to surfaces, counted. */
 export interface LinksReport {
   stencil: 'D3Q7' | 'D3Q15' | 'D3Q19' | 'D3Q27';
@@ -189,6 +205,16 @@ export interface ConformalReport {
   dt_factor: number;
   /** This step in seconds, in vacuum; null where no unit of length is known. */
   dt: number | null;
+}
+
+/** Points at which permittivity was smoothed, counted. */
+export interface TensorsReport {
+  /** Points of Ex, Ey and Ez around which lies more than one permittivity. Those on the last line of a window or part are counted by the one behind it. */
+  cut_points: number;
+  /** Those at which surfaces cancel, so that no normal is known: they have the mean. */
+  without_normal: number;
+  /** Points around which rays measure, as a surface passes through itself there. */
+  sampled_points: number;
 }
 
 /** What one size of cells gives. */

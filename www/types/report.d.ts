@@ -1,5 +1,5 @@
 /** What a mesh says about itself: its report, as the native command writes it. */
-import type { ConformalReport, DistanceReport, FractionsReport, LinksReport, StaggeredReport } from './measured.js';
+import type { ConformalReport, DistanceReport, FractionsReport, LinksReport, StaggeredReport, TensorsReport } from './measured.js';
 
 /** The cells of a flag. */
 export interface FlagReport {
@@ -137,6 +137,8 @@ export interface Report {
   conformal: ConformalReport | null;
   /** Signed distances; null as `links`. */
   distance: DistanceReport | null;
+  /** Points at which permittivity was smoothed; null as `links`. */
+  tensors: TensorsReport | null;
   /** Hash of the flags, the same on every device and along every axis; null for an opened mesh and where the columns have spilled. */
   flags_hash: string | null;
   /** SHA-256 of the flags; null, as `Mesh.sha256` makes it where it is needed. */

@@ -2,7 +2,7 @@
 import type { CallOptions, Device, FileSource } from '../hexcast.js';
 import type { CellsFormat, MeasuredFormat, ProgramFormat } from './formats.js';
 import type { Job } from './options.js';
-import type { Conformal, Distances, Fractions, Links, Staggered } from './measured.js';
+import type { Conformal, Distances, Fractions, Links, Staggered, Tensors } from './measured.js';
 import type { Difference, SliceOptions, ViewOptions } from './pictures.js';
 import type { Report } from './report.js';
 
@@ -331,6 +331,8 @@ export interface Mesh extends Disposable {
   conformal(options?: CallOptions): Promise<Conformal>;
   /** Signed distances, if the job asked for them: 8 bytes a cell. Fails as `links`. */
   distance(options?: CallOptions): Promise<Distances>;
+  /** The permittivity averaged around the points of E, if the job asked for it: about 144 bytes a cell. Fails as `links`. */
+  tensors(options?: CallOptions): Promise<Tensors>;
   /** SHA-256 of all flags, one byte each, x fastest: that of the raw file. */
   sha256(options?: CallOptions): Promise<string>;
   /** Bytes of a file before it is made; null where they depend on the flags (compressed, hxc, exports but nrrd) or on the archive (npz, zarr). */

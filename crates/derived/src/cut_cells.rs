@@ -30,6 +30,7 @@ mod measure;
 mod pieces;
 mod polygon;
 mod sampled;
+pub mod tensors;
 #[cfg(test)]
 mod tests;
 mod winding;

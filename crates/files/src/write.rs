@@ -44,8 +44,9 @@ pub use measured::fractions::write_fractions;
 pub use measured::links::{LinksFormat, write_links};
 use measured::solid;
 pub use measured::staggered::write_staggered;
+pub use measured::tensors::write_tensors;
 #[doc(hidden)]
-pub use measured::{conformal, distance, fractions, links, staggered};
+pub use measured::{conformal, distance, fractions, links, staggered, tensors};
 pub use options::{AxisOrder, Compress, Format, Options, Written};
 pub use sidecar::sidecar_json;
 pub use sink::Sink;

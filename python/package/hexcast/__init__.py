@@ -20,7 +20,7 @@ from . import _hexcast
 from ._driver import disable_layer_without_session
 from ._error import Error, MeshWarning, missing
 from ._job import SIZES, Geometry, JobLike, job_of
-from ._measured import Conformal, Distances, Fractions, Links, Staggered
+from ._measured import Conformal, Distances, Fractions, Links, Staggered, Tensors
 from ._mesh import Columns, Difference, FlagPair, Mesh, Slab, warn
 from ._options import GeometryOptions, JobOptions
 from ._pictures import Picture
@@ -55,6 +55,7 @@ __all__ = [
     "Staggered",
     "Surface",
     "SurfaceLike",
+    "Tensors",
     "Update",
     "converge",
     "estimate",

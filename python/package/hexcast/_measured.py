@@ -294,8 +294,35 @@ class Distances(Arrays):
         self._save_npz(path, "distances are", compress)
 
 
+@dataclass(frozen=True, eq=False, repr=False)
+class Tensors(Arrays):
+    """The permittivity averaged in the cell around each point of E: ``docs/tensors.md``."""
+
+    #: Relative permittivity at the points of a component, of shape (z, y, x, 6): xx, yy, zz, yz, xz, xy of a symmetric tensor. Points are one more than cells along the other axes.
+    Ex: NDArray[np.float64]
+    Ey: NDArray[np.float64]
+    Ez: NDArray[np.float64]
+    #: The lines on each axis.
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    z: NDArray[np.float64]
+    #: The first cell of the mesh, counted in the box: 0 but for windows.
+    origin: NDArray[np.int32]
+
+    def __repr__(self) -> str:
+        n = sum(len(of.reshape(-1, 6)) for of in (self.Ex, self.Ey, self.Ez))
+        return f"<hexcast.Tensors: {n} points>"
+
+    def save(self, path: Union[str, os.PathLike[str]], *, compress: Compress = None) -> None:
+        """Writes the file of the command's ``--tensors``, ``.npz``, byte for byte.
+
+        :param compress: level, 1 to 9 or ``"none"``; by default 6.
+        """
+        self._save_npz(path, "smoothed permittivity is", compress)
+
+
 def arrays_of(raw: _hexcast.RawMesh, kind: str) -> dict[str, NDArray[Any]]:
-    """The arrays of links, fractions, a staggered grid, edges and faces outside metal or distances; nobody can write to them, as they stay what is saved."""
+    """The arrays of links, fractions, a staggered grid, edges and faces outside metal, smoothed permittivity or distances; nobody can write to them, as they stay what is saved."""
     arrays = {}
     for index, (name, dtype, shape) in enumerate(_hexcast.arrays(raw, kind)):
         try:
@@ -330,6 +357,10 @@ def distances_of(raw: _hexcast.RawMesh) -> Distances:
     return Distances(**arrays_of(raw, "distance"))
 
 
+def tensors_of(raw: _hexcast.RawMesh) -> Tensors:
+    return Tensors(**arrays_of(raw, "tensors"))
+
+
 def in_dataset(
     data: xarray.Dataset, measured: Mapping[str, Any], lines: tuple[NDArray[np.float64], ...]
 ) -> xarray.Dataset:
@@ -349,14 +380,16 @@ def in_dataset(
     if "doubt" in measured:
         variables["doubtful"] = (("z", "y", "x"), measured["doubt"].flags)
     on_lines = {
-        "staggered": ("Ex", "Ey", "Ez", "Hx", "Hy", "Hz"),
-        "conformal": ("Lx", "Ly", "Lz", "Ax", "Ay", "Az"),
-        "distance": ("distance",),
+        "staggered": ["Ex", "Ey", "Ez", "Hx", "Hy", "Hz"],
+        "conformal": ["Lx", "Ly", "Lz", "Ax", "Ay", "Az"],
+        "tensors": ["Ex", "Ey", "Ez"],
+        "distance": ["distance"],
     }
     for kind in [kind for kind in on_lines if kind in measured]:
         data = data.assign_coords({f"{axis}_line": of for axis, of in zip("xyz", lines)})
         for name in on_lines[kind]:
             array = getattr(measured[kind], name)
             along = [f"{axis}_line" if n == len(of) else axis for axis, n, of in zip("zyx", array.shape, lines[::-1])]
-            variables[name] = (along, array)
+            is_tensor = kind == "tensors"
+            variables[f"eps_{name}" if is_tensor else name] = ([*along, "tensor"] if is_tensor else along, array)
     return data.assign(variables)

@@ -21,12 +21,14 @@ from ._measured import (
     Fractions,
     Links,
     Staggered,
+    Tensors,
     conformal_of,
     distances_of,
     fractions_of,
     in_dataset,
     links_of,
     staggered_of,
+    tensors_of,
 )
 from ._pictures import Axis, Picture, Place, look_of, max_bytes, slices
 from ._xarray import dataset
@@ -37,7 +39,7 @@ if TYPE_CHECKING:
     import xarray
 
 #: What a mesh may have beside its cells.
-MEASURED = ("links", "fractions", "staggered", "conformal", "distance", "doubt")
+MEASURED = ("links", "fractions", "staggered", "conformal", "tensors", "distance", "doubt")
 #: Bytes of the flags of a slab, unless the caller says.
 SLAB_BYTES = 32 << 20
 
@@ -175,6 +177,11 @@ class Mesh:
     def distance(self) -> Distances:
         """Signed distances to the nearest surface, which the option ``distance`` asks for. 8 bytes a cell."""
         return distances_of(self._raw)
+
+    @cached_property
+    def tensors(self) -> Tensors:
+        """The permittivity averaged around each point of E, which the option ``tensors`` asks for. 144 bytes a cell."""
+        return tensors_of(self._raw)
 
     @cached_property
     def doubt(self) -> Mesh:

@@ -220,6 +220,7 @@ mod tests {
             ("distance-at", "distance"),
             ("distance-band", "distance"),
             ("distance-flags", "distance"),
+            ("tensors", "tensors_output"),
         ];
         let command = Cli::command();
         let mesh = command.find_subcommand("mesh").unwrap();

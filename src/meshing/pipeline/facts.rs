@@ -14,7 +14,7 @@ use super::warnings;
 use crate::meshing::report::{
     CertificateReport, ConformalReport, DeviceCheck, DistanceReport, DoubtReport, FillReport, FlagReport,
     FractionsReport, GeometryReport, LinksReport, MeshFacts, OpenReport, PeakBytes, Seconds, ShellsReport,
-    StaggeredReport, WindowReport, WindowSums, WithoutCells, flag_reports, thick_flags,
+    StaggeredReport, TensorsReport, WindowReport, WindowSums, WithoutCells, flag_reports, thick_flags,
 };
 use hexcast_core::base::error::Result;
 use hexcast_core::base::finding::{Finding, in_order_of_codes, sentences};
@@ -176,6 +176,8 @@ impl Stages<'_> {
             conformal: measured.conformal,
             distance_report: measured.distance.as_ref().map(DistanceReport::new),
             distance: measured.distance,
+            tensors_report: measured.tensors.as_ref().map(TensorsReport::new),
+            tensors: measured.tensors,
             doubtful: DoubtReport::new(&doubtful),
             doubt: doubtful.mask.map(mask_mesh).transpose()?,
             job: effective(job, prepared, n_solids, gaps.as_ref()),

@@ -1,4 +1,4 @@
-//! What is measured at surfaces once the flags are known: links from cells to surfaces, the fractions of cells, points of a staggered grid, edges and faces outside metal, and distances.
+//! What is measured at surfaces once the flags are known: links from cells to surfaces, the fractions of cells, points of a staggered grid, edges and faces outside metal, smoothed permittivity, and distances.
 
 use super::backend::Backend;
 use super::cut::Cut;
@@ -11,6 +11,7 @@ use hexcast_core::cells::columns::Columns;
 use hexcast_core::input::job::{FractionsMethod, Job};
 use hexcast_core::stages::inside::Kind;
 use hexcast_derived::cut_cells::conformal::Conformal;
+use hexcast_derived::cut_cells::tensors::Tensors;
 use hexcast_derived::cut_cells::{CutBy, exact_fractions};
 use hexcast_derived::distance::Distance;
 use hexcast_derived::fractions::{Fractions, fractions};
@@ -25,13 +26,14 @@ pub(super) struct Measured {
     pub(super) staggered: Option<Staggered>,
     pub(super) conformal: Option<Conformal>,
     pub(super) distance: Option<Distance>,
+    pub(super) tensors: Option<Tensors>,
 }
 
 impl Measured {
     /// Measures all that a job asks for, at facets from which nothing was taken: each is held with those before it.
     ///
     /// # Errors
-    /// Those of [`Uncut::links`], [`Uncut::fractions`], [`Uncut::staggered`], [`Uncut::conformal`] and [`Uncut::distance`].
+    /// Those of [`Uncut::links`], [`Uncut::fractions`], [`Uncut::staggered`], [`Uncut::conformal`], [`Uncut::tensors`] and [`Uncut::distance`].
     pub(super) async fn new(
         task: &Task<'_>,
         uncut: Option<&Uncut>,
@@ -46,9 +48,10 @@ impl Measured {
         bytes_left = bytes_left.saturating_sub(fractions.as_ref().map_or(0, Fractions::n_bytes));
         let staggered = uncut.staggered(task, (cut, meshed), bytes_left, backend).await?;
         let conformal = uncut.conformal(task, bytes_left, backend).await?;
+        let tensors = uncut.tensors(task, bytes_left, backend).await?;
         // those before it are counted by no number of their own
         let distance = uncut.distance(task, bytes_left, backend).await?;
-        Ok(Measured { links, fractions, staggered, conformal, distance })
+        Ok(Measured { links, fractions, staggered, conformal, tensors, distance })
     }
 }
 
@@ -96,7 +99,7 @@ impl Uncut {
         if asked.method == FractionsMethod::Exact {
             // this frame, and the facets by planes
             let max_bytes = max_bytes.saturating_sub(2 * 38 * self.frame.facets.len() as u64);
-            let is_oriented: Vec<bool> = self.closed.iter().map(|closed| closed.nonzero).collect();
+            let is_oriented = self.are_oriented();
             let (frame, lines, kinds) = (&self.frame, &prepared.whole, &self.kinds[..]);
             let by = CutBy { frame, lines, rule: job.rule, kinds, is_oriented: &is_oriented };
             return exact_fractions(by, prepared.cell_window(), asked, max_bytes, control).await.map(Some);

@@ -289,6 +289,11 @@ fn merge_measured(merged: &mut Value, parts: &[Part], whole: &Lines) -> Result<(
             merged["conformal"][key] = json!(least);
         }
     }
+    if !merged["tensors"].is_null() {
+        for key in ["cut_points", "without_normal", "sampled_points"] {
+            merged["tensors"][key] = json!(sum(parts, |report| &report["tensors"][key]));
+        }
+    }
     if merged["fractions"].is_null() {
         return Ok(());
     }

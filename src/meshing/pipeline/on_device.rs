@@ -78,6 +78,7 @@ fn check(job: &Job) -> Result<()> {
         ("staggered", job.staggered),
         ("conformal", job.conformal.is_some()),
         ("distance", job.distance.is_some()),
+        ("tensors", job.tensors.is_some()),
     ];
     match asked.into_iter().find(|(_, is_asked)| *is_asked) {
         None => Ok(()),

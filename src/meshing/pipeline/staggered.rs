@@ -30,10 +30,29 @@ pub(super) struct Bodies {
     insides: Vec<Geometry>,
     /// The facets of sheets.
     sheets: Frame,
-    flags: Vec<u8>,
+    pub(super) flags: Vec<u8>,
+}
+
+impl Bodies {
+    /// How the insides of each rank are decided.
+    pub(super) fn kinds(&self, prepared: &Prepared) -> Vec<Kind> {
+        let ranks = &self.frame.ranks;
+        let mut kinds = vec![Kind::Cast; ranks.flag_of_rank.len()];
+        for (position, &index) in ranks.geometry_at.iter().enumerate() {
+            if prepared.geometries[index].invert {
+                kinds[usize::from(ranks.rank_at[position])] = Kind::Inverted;
+            }
+        }
+        kinds
+    }
 }
 
 impl Uncut {
+    /// Whether all facets at each position face the same side.
+    pub(super) fn are_oriented(&self) -> Vec<bool> {
+        self.closed.iter().map(|closed| closed.nonzero).collect()
+    }
+
     /// Those of which `counts` says so.
     pub(super) fn bodies(&self, prepared: &Prepared, counts: impl Fn(&Geometry) -> bool) -> Bodies {
         let mut frame = self.frame.clone();
@@ -145,15 +164,8 @@ impl Uncut {
         left = left.saturating_sub(5 * 38 * self.frame.facets.len() as u64);
         let codes = self.points(task, (&bodies, near, [false; 3]), left, &mut backend).await?;
         left = left.saturating_sub(codes.n_bytes());
+        let (kinds, is_oriented) = (bodies.kinds(prepared), self.are_oriented());
         bodies.frame.ranks.flag_of_rank = bodies.flags;
-        let mut kinds = vec![Kind::Cast; bodies.frame.ranks.flag_of_rank.len()];
-        for (position, &index) in bodies.frame.ranks.geometry_at.iter().enumerate() {
-            let rank = usize::from(bodies.frame.ranks.rank_at[position]);
-            if prepared.geometries[index].invert {
-                kinds[rank] = Kind::Inverted;
-            }
-        }
-        let is_oriented: Vec<bool> = self.closed.iter().map(|closed| closed.nonzero).collect();
         let (frame, lines) = (&bodies.frame, &prepared.whole);
         let by = CutBy { frame, lines, rule: job.rule, kinds: &kinds, is_oriented: &is_oriented };
         let metal = Metal { is_metal: &is_metal, sheets: &sheets, stable: asked.stable };
@@ -193,7 +205,7 @@ impl Uncut {
     }
 
     /// The codes at the points of a component in some cells: at their centres, or along some axes on their lines.
-    async fn points(
+    pub(super) async fn points(
         &self,
         task: &Task<'_>,
         (bodies, near, is_moved): (&Bodies, [[u32; 3]; 2], [bool; 3]),
@@ -228,7 +240,7 @@ fn points_of([first, end]: [[u32; 3]; 2], is_moved: [bool; 3]) -> [[u32; 3]; 2] 
 ///
 /// # Errors
 /// `no-metal` where none is; `job-value` where one is none of the job's.
-fn metal(asked: &ConformalJob, prepared: &Prepared) -> Result<[bool; 256]> {
+pub(super) fn metal(asked: &ConformalJob, prepared: &Prepared) -> Result<[bool; 256]> {
     let conducts = prepared.names.iter().filter(|named| named.material.pec).map(|named| named.flag);
     let marked = prepared.geometries.iter().filter(|geometry| geometry.sizing.metal).map(|geometry| geometry.flag);
     let named: Vec<u8> = match asked.metal.is_empty() {

@@ -125,11 +125,17 @@ impl Uncut {
                 if job.fractions.is_some() {
                     return Err(no_volume(geometry, is_closed));
                 }
-                if job.conformal.is_some() && !is_closed && !geometry.shell && !is_flat(frame, position) {
+                let has_no_inside = !is_closed && !geometry.shell && !is_flat(frame, position);
+                if job.conformal.is_some() && has_no_inside {
                     let message =
                         format!("geometry \"{}\" is not closed: it has no inside that could be metal", geometry.name);
                     let hint = "close it, make it a sheet without an inside (FILE:shell=true), or leave out conformal";
                     return Err(Error::new("surface-open", message, hint));
+                }
+                if job.tensors.is_some() && has_no_inside {
+                    let message =
+                        format!("geometry \"{}\" is not closed: it has no inside with a permittivity", geometry.name);
+                    return Err(Error::new("surface-open", message, "close it, or leave out tensors"));
                 }
                 *kind = Kind::Apart;
             } else if geometry.invert {

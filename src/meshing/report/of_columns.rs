@@ -7,7 +7,7 @@ use hexcast_core::grid::lines::Grading;
 use hexcast_derived::mesh::Mesh;
 
 /// Keys of a report that only the meshing fills in.
-const OF_MESHING: [&str; 21] = [
+const OF_MESHING: [&str; 22] = [
     "backend",
     "adapter",
     "driver",
@@ -23,6 +23,7 @@ const OF_MESHING: [&str; 21] = [
     "staggered",
     "conformal",
     "distance",
+    "tensors",
     "certificate",
     "doubtful",
     "flags_hash",

@@ -8,6 +8,7 @@ use hexcast_core::base::parallel::*;
 use hexcast_core::grid::lines::Lines;
 use hexcast_core::input::job::Stencil;
 use hexcast_derived::cut_cells::conformal::{Conformal, Counts};
+use hexcast_derived::cut_cells::tensors::{TensorCounts, Tensors};
 use hexcast_derived::distance::Distance;
 use hexcast_derived::fractions::Fractions;
 use hexcast_derived::links::{Link, Links};
@@ -227,5 +228,26 @@ impl DistanceReport {
     pub fn new(distance: &Distance) -> DistanceReport {
         let width = Some(distance.width).filter(|width| width.is_finite());
         DistanceReport { facets: distance.n_facets(), width }
+    }
+}
+
+/// Points at which permittivity was smoothed, counted.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub struct TensorsReport {
+    /// Points of Ex, Ey and Ez around which lies more than one permittivity. Those on the last line of a window or part are counted by the one behind it.
+    pub cut_points: u64,
+    /// Those at which surfaces cancel, so that no normal is known: they have the mean.
+    pub without_normal: u64,
+    /// Points around which rays measure, as a surface passes through itself there.
+    pub sampled_points: u64,
+}
+
+impl TensorsReport {
+    /// Counts points.
+    pub fn new(tensors: &Tensors) -> TensorsReport {
+        let TensorCounts { cut_points, without_normal, sampled_points, .. } = tensors.counts;
+        TensorsReport { cut_points, without_normal, sampled_points }
     }
 }

@@ -62,7 +62,7 @@ function guess(mesh, { id, format }) {
 }
 
 /** Bytes of an entry of what was measured, before it is compressed. @type {Record<string, number>} */
-const PER_ENTRY = { links: 24, 'links-hdf5': 24, fractions: 220, staggered: 7, conformal: 48 };
+const PER_ENTRY = { links: 24, 'links-hdf5': 24, fractions: 220, staggered: 7, conformal: 48, tensors: 144 };
 
 /** @param {Mesh} mesh @param {string} of */
 function entriesOf({ report }, of) {

@@ -46,6 +46,7 @@ const FILES = [
     const [id, format] = [`distance-${ending}`, /** @type {Format} */ (`distance.${ending}`)];
     return file(id, format, 'Signed distances', 'of every cell', { format, options: PACKED });
   }),
+  file('tensors', 'tensors.npz', 'Smoothed permittivity', 'NumPy, compressed', { format: 'tensors.npz', options: PACKED }),
   ...Object.entries(formats).flatMap(([name, { kind, program = '', about = '', file: named = '' }]) => {
     if (kind !== 'export') return [];
     const isArchive = named.endsWith('.zip');

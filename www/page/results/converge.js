@@ -25,6 +25,7 @@ const CHOSEN = /** @type {const} */ ([
   'staggered',
   'conformal',
   'distance',
+  'tensors',
 ]);
 
 /** What was found last. @type {Level[]} */

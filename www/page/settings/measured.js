@@ -1,4 +1,4 @@
-/** The fields of what is measured beside the cells: links, fractions of cells, a staggered grid, edges and faces outside metal, distances. */
+/** The fields of what is measured beside the cells: links, fractions of cells, a staggered grid, edges and faces outside metal, permittivity, distances. */
 import { byId, inputOf, onInput, put, selectOf } from '../elements/dom.js';
 import { flagsOf } from '../text/format.js';
 import { MEASURED, set, state } from '../state/state.js';

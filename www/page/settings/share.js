@@ -274,7 +274,7 @@ export function commandOf(job) {
   option('growth', job.graded?.growth);
   option('absorbing', job.graded?.absorbing);
   const file = (/** @type {string} */ of) => (job[/** @type {'links'} */ (of)] ? `${baseName(job)}-${of}.npz` : undefined);
-  for (const of of ['links', 'fractions', 'staggered', 'conformal', 'distance']) option(of, file(of));
+  for (const of of ['links', 'fractions', 'staggered', 'conformal', 'tensors', 'distance']) option(of, file(of));
   option('stencil', job.links?.stencil);
   option('fluid', job.links?.fluid);
   option('fraction-method', job.fractions?.method);

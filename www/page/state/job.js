@@ -108,6 +108,7 @@ function measured({
   staggered,
   conformal,
   distance,
+  tensors,
 }) {
   /** @type {import('hexcast').FractionsJob} */
   const method = rays === 0 ? { method: 'exact', ...(edges && { edges }), ...(centroids && { centroids }) } : { rays };
@@ -117,6 +118,7 @@ function measured({
     ...(staggered ? { staggered } : {}),
     ...(conformal ? { conformal: {} } : {}),
     ...(distance ? { distance: {} } : {}),
+    ...(tensors ? { tensors: {} } : {}),
   };
 }
 

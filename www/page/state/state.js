@@ -49,6 +49,7 @@
  * @property {boolean} staggered whether the points of a staggered grid get flags
  * @property {boolean} conformal whether edges and faces outside metal are measured
  * @property {boolean} distance whether cells get signed distances
+ * @property {boolean} tensors whether permittivity is smoothed at the points of E
  * @property {'auto' | 'x' | 'y' | 'z'} axis
  * @property {string} unit
  * @property {import('hexcast').Material | null} background what the background is made of
@@ -131,6 +132,7 @@ export const MEASURED = /** @type {const} */ ([
   'staggered',
   'conformal',
   'distance',
+  'tensors',
 ]);
 
 /** The defaults of the job. @type {Readonly<Settings>} */
@@ -165,6 +167,7 @@ export const DEFAULTS = Object.freeze({
   staggered: false,
   conformal: false,
   distance: false,
+  tensors: false,
   axis: 'auto',
   unit: '',
   background: null,

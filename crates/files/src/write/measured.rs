@@ -9,3 +9,5 @@ pub mod links;
 pub(in crate::write) mod solid;
 #[doc(hidden)]
 pub mod staggered;
+#[doc(hidden)]
+pub mod tensors;

@@ -36,8 +36,19 @@ pub(super) fn boxes<'a>(
     cells_at_once: usize,
     bytes: impl Fn(&CellBox) -> Result<Vec<u8>> + 'a,
 ) -> Array<'a> {
+    several_in_boxes(named, ([nx, ny, nz], &[]), cells_at_once, bytes)
+}
+
+/// The same with several numbers a cell, of this shape.
+pub(super) fn several_in_boxes<'a>(
+    named: (&'static str, &'static str),
+    ([nx, ny, nz], of_one): ([u32; 3], &[u64]),
+    cells_at_once: usize,
+    bytes: impl Fn(&CellBox) -> Result<Vec<u8>> + 'a,
+) -> Array<'a> {
     let slabs: Vec<CellBox> = slabs_of_box(&[0..nx, 0..ny, 0..nz], cells_at_once).collect();
-    Array::new(named, &[nz, ny, nx].map(u64::from), slabs.len(), move |index| bytes(&slabs[index]))
+    let shape = [&[nz, ny, nx].map(u64::from), of_one].concat();
+    Array::new(named, &shape, slabs.len(), move |index| bytes(&slabs[index]))
 }
 
 /// Writes the archive.

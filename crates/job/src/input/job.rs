@@ -58,7 +58,8 @@ pub use geometry_job::{BackgroundJob, GeometryJob};
 pub use job_file::{JobFile, Level, Names, RunJob};
 pub use lines_job::{DEFAULT_GROWTH, GradedJob, LinesJob};
 pub use measured_job::{
-    Band, ConformalJob, DistanceJob, Everywhere, FractionsJob, FractionsMethod, LinksJob, Points, Stencil,
+    AnisotropicJob, Band, ConformalJob, DistanceJob, Everywhere, FractionsJob, FractionsMethod, LinksJob, Points,
+    Stencil, TensorsJob,
 };
 pub use numbers::PerAxis;
 #[cfg(not(target_arch = "wasm32"))]
@@ -321,6 +322,10 @@ pub struct Job {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "cli", arg(skip))]
     pub distance: Option<DistanceJob>,
+    /// Averages the permittivity in the cell around each point of E, as tensors.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "cli", arg(skip))]
+    pub tensors: Option<TensorsJob>,
     /// What meshes: the GPU or the CPU; the cells do not depend on it.
     #[cfg_attr(feature = "cli", arg(long, value_enum, value_name = "BACKEND", default_value_t, help_heading = METHOD))]
     pub backend: BackendChoice,
@@ -397,8 +402,8 @@ impl Job {
     /// Whether something is asked for that is measured at the surfaces.
     #[doc(hidden)]
     pub fn is_measured(&self) -> bool {
-        let on_lines = self.staggered || self.conformal.is_some();
-        self.links.is_some() || self.fractions.is_some() || on_lines || self.distance.is_some()
+        let has_cut = self.fractions.is_some() || self.conformal.is_some() || self.tensors.is_some();
+        self.links.is_some() || self.staggered || has_cut || self.distance.is_some()
     }
 
     /// Writes the job as JSON; reading it back gives the same job.

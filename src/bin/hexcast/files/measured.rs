@@ -1,4 +1,4 @@
-//! Outputs of what is measured at surfaces: links, and fractions of cells; staggered grids; edges and faces outside metal; and distances.
+//! Outputs of what is measured at surfaces: links, and fractions of cells; staggered grids; edges and faces outside metal; smoothed permittivity; and distances.
 
 use std::path::{Path, PathBuf};
 
@@ -7,7 +7,7 @@ use hexcast::job::{Axis, Band, FractionsMethod, Job, Points, RunJob, Stencil, Za
 use hexcast::report::MeshFacts;
 use hexcast::write::{
     Compress, Format, LinksFormat, Options, write_conformal, write_distance, write_distance_cells, write_fractions,
-    write_links, write_solid, write_staggered,
+    write_links, write_solid, write_staggered, write_tensors,
 };
 use hexcast::{Error, Result};
 
@@ -92,6 +92,9 @@ pub(crate) struct MeasuredArguments {
     /// Flags of the geometries whose surfaces count for --distance, as if there were no others [default: all]
     #[arg(long, value_name = "FLAGS", requires = "distance", value_delimiter = ',', value_parser = number::<u8>)]
     distance_flags: Option<Vec<u8>>,
+    /// Write the permittivity averaged around each point of E, as tensors, to a file, .npz; geometries have it as FILE:eps_r=2.2
+    #[arg(long, value_name = "FILE")]
+    tensors: Option<PathBuf>,
 }
 
 /// A file of what is measured.
@@ -113,6 +116,7 @@ enum What {
     Staggered,
     Conformal,
     Distance(Format),
+    Tensors,
 }
 
 /// The format of a file of links, by its name; None is HDF5.
@@ -150,6 +154,7 @@ impl MeasuredArguments {
         run.staggered_output = self.staggered.as_deref().map(as_text).transpose()?;
         run.conformal_output = self.conformal.as_deref().map(as_text).transpose()?;
         run.distance_output = self.distance.as_deref().map(as_text).transpose()?;
+        run.tensors_output = self.tensors.as_deref().map(as_text).transpose()?;
         Ok(())
     }
 
@@ -196,6 +201,9 @@ impl MeasuredArguments {
                 return Err(Error::new("job-conflict", message, "use .npz, .npy, .vti or .vtr, or leave out nodes"));
             }
         }
+        if self.tensors.is_some() {
+            job.tensors.get_or_insert_default();
+        }
         let is_dense = |path: &PathBuf| fractions_format(path).is_ok_and(|format| format != Format::Npz);
         if job.halo.is_some_and(|halo| halo > 0) && self.fractions.as_ref().is_some_and(is_dense) {
             let message =
@@ -210,7 +218,7 @@ impl MeasuredArguments {
         let of_links = self.links.as_deref().map(links_format);
         let has_fractions = self.fractions.as_deref().is_some_and(|path| fractions_format(path) != Ok(Format::Npy));
         let has_distance = self.distance.as_deref().is_some_and(|path| distance_format(path) != Ok(Format::Npy));
-        let is_npz = self.staggered.is_some() || self.conformal.is_some();
+        let is_npz = self.staggered.is_some() || self.conformal.is_some() || self.tensors.is_some();
         is_npz || has_fractions || has_distance || matches!(of_links, Some(Ok(None | Some(LinksFormat::Npz))))
     }
 
@@ -237,7 +245,8 @@ impl MeasuredArguments {
         }
         let staggered = (&self.staggered, What::Staggered, "a staggered grid is");
         let conformal = (&self.conformal, What::Conformal, "edges and faces outside metal are");
-        for (path, what, named) in [staggered, conformal] {
+        let tensors = (&self.tensors, What::Tensors, "smoothed permittivity is");
+        for (path, what, named) in [staggered, conformal, tensors] {
             let Some(path) = path else { continue };
             if !path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("npz")) {
                 let message = format!("{}: {named} written as .npz", path.display());
@@ -264,10 +273,9 @@ impl Output for MeasuredFile {
 
     fn write(&mut self, meshed: &Meshed, written: &mut Written) -> Result<()> {
         let (mesh, compress, file) = (meshed.mesh, self.options.compress, &self.file);
-        let Some(MeshFacts { links, fractions, staggered, conformal, distance, .. }) = meshed.facts else {
-            return Ok(());
-        };
-        let n_bytes = match (self.what, links, fractions, (staggered, conformal, distance)) {
+        let Some(facts) = meshed.facts else { return Ok(()) };
+        let MeshFacts { links, fractions, staggered, conformal, tensors, distance, .. } = facts;
+        let n_bytes = match (self.what, links, fractions, (staggered, conformal, tensors, distance)) {
             (What::Links(None), Some(links), ..) => {
                 let place = file.temporary.path();
                 let size = || std::fs::metadata(place).map_err(|error| Error::io("reading its size", error));
@@ -295,6 +303,7 @@ impl Output for MeasuredFile {
                 let options = self.options_of(format);
                 file.fill(|out| write_distance_cells(mesh, distance, (format, &options), out, meshed.control))?
             }
+            (What::Tensors, .., (.., Some(tensors))) => file.fill(|out| write_tensors(tensors, mesh, compress, out))?,
             _ => return Ok(()),
         };
         written.files.push(file.of_bytes(n_bytes));

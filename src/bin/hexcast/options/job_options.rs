@@ -60,6 +60,7 @@ const OTHERS: &[(&str, &[&str])] = &[
     ("staggered", &["staggered_output"]),
     ("conformal", &["conformal_output"]),
     ("distance", &["distance_output"]),
+    ("tensors", &["tensors_output"]),
 ];
 /// Keys that choose the cells, of which an option replaces all.
 const CELLS: &[&str] = &["cells", "dims", "cell_size", "max_cell_size", "tolerance", "lines", "graded"];
@@ -93,9 +94,10 @@ const RENAMED: [(&str, &str); 6] = [
     ("staggered_output", "staggered"),
     ("conformal_output", "conformal"),
     ("distance_output", "distance"),
+    ("tensors_output", "tensors"),
 ];
 /// Keys that are names of files.
-const FILES: [&str; 9] = [
+const FILES: [&str; 10] = [
     "output",
     "report",
     "doubt",
@@ -103,6 +105,7 @@ const FILES: [&str; 9] = [
     "fractions_output",
     "staggered_output",
     "conformal_output",
+    "tensors_output",
     "distance_output",
     "spill",
 ];
@@ -172,9 +175,9 @@ pub(crate) fn dump(job: &Job, run: RunJob, path: &Path) -> Result<()> {
     let (mut job, mut run) = (job.clone(), run);
     job.geometries.iter_mut().for_each(|geometry| geometry.file = place(&geometry.file));
     let (report, doubt, spill) = (&mut run.report, &mut run.doubt, &mut run.spill);
-    let measured =
-        [&mut run.links_output, &mut run.fractions_output, &mut run.staggered_output, &mut run.conformal_output];
-    for name in [report, doubt, spill, &mut run.distance_output].into_iter().chain(measured).flatten() {
+    let on_lines = [&mut run.staggered_output, &mut run.conformal_output, &mut run.tensors_output];
+    let others = [&mut run.links_output, &mut run.fractions_output, &mut run.distance_output];
+    for name in [report, doubt, spill].into_iter().chain(on_lines).chain(others).flatten() {
         *name = place(name);
     }
     let slices = run.slice.iter_mut().flat_map(|slices| &mut slices.0).map(|slice| &mut slice.output);
@@ -194,7 +197,7 @@ pub(crate) fn dump(job: &Job, run: RunJob, path: &Path) -> Result<()> {
 /// The files that a job writes.
 fn outputs(run: &RunJob) -> impl Iterator<Item = &str> {
     let measured = [&run.links_output, &run.fractions_output, &run.staggered_output, &run.conformal_output];
-    let single = [&run.report, &run.doubt, &run.distance_output].into_iter().chain(measured);
+    let single = [&run.report, &run.doubt, &run.tensors_output, &run.distance_output].into_iter().chain(measured);
     let slices = run.slice.iter().flat_map(|slices| &slices.0).map(|slice| &slice.output);
     let views = run.view.iter().flat_map(|views| &views.0).map(|view| &view.output);
     let meshes = run.output.iter().flat_map(|names| names.all());

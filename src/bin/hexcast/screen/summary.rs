@@ -261,6 +261,11 @@ fn measured(table: &mut Table, mesh: &MeshFacts) {
         let known = of.width.map_or("everywhere".to_string(), |width| format!("up to {width}"));
         table.line("distance", format!("to {} facets, exact {known}", HumanCount(of.facets)));
     }
+    if let Some(of) = &mesh.tensors_report {
+        let [cut, without, sampled] = [of.cut_points, of.without_normal, of.sampled_points].map(HumanCount);
+        let by_rays = if of.sampled_points > 0 { format!(", {sampled} by rays") } else { String::new() };
+        table.line("tensors", format!("{cut} points of E between substances, {without} without a normal{by_rays}"));
+    }
 }
 
 fn gaps(table: &mut Table, mesh: &MeshFacts) {

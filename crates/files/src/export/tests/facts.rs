@@ -8,7 +8,7 @@ use hexcast_core::testing::assert_schema_is_committed;
 
 const FACTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/formats.json");
 /// What the package calls the files of what a job asks for besides the cells.
-const MEASURED: [&str; 15] = [
+const MEASURED: [&str; 16] = [
     "links.npz",
     "links.h5",
     "links",
@@ -19,6 +19,7 @@ const MEASURED: [&str; 15] = [
     "distance.vtr",
     "distance.npy",
     "distance.zarr",
+    "tensors.npz",
     "fractions.npz",
     "fractions.vti",
     "fractions.vtr",

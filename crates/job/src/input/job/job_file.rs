@@ -43,6 +43,9 @@ pub struct RunJob {
     /// File for signed distances, `.npz`, `.npy`, `.vti` or `.vtr`; at the centres of cells also `.zarr` or `.zarr.zip`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub distance_output: Option<String>,
+    /// File for smoothed permittivity, `.npz`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tensors_output: Option<String>,
     /// Slices of the mesh as pictures, one table or a list of them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub slice: Option<Several<SliceJob>>,

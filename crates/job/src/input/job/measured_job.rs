@@ -1,10 +1,12 @@
-//! What a job asks for beside the cells: links from cells to surfaces, fractions of flags in cells, edges and faces outside metal, and distances to surfaces.
+//! What a job asks for beside the cells: links from cells to surfaces, fractions of flags in cells, edges and faces outside metal, smoothed permittivity, and distances to surfaces.
 
 use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
 use crate::base::error::{Error, Result};
+
+use super::validate::out_of_range;
 
 /// The directions of the links of a cell, as lattice Boltzmann methods name them: `D3Q` and their number, that of the cell itself included.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -219,5 +221,55 @@ pub struct DistanceJob {
 impl Default for DistanceJob {
     fn default() -> DistanceJob {
         DistanceJob { at: Points::Centres, band: Band::Cells(3.0), flags: Vec::new() }
+    }
+}
+
+/// Asks for the permittivity that stands for the cell around each point of E on a staggered (Yee) grid. What substances have is in their materials (`eps_r`).
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[cfg_attr(any(test, feature = "testing"), derive(schemars::JsonSchema))]
+#[serde(default, deny_unknown_fields)]
+#[non_exhaustive]
+pub struct TensorsJob {
+    /// Substances whose permittivity depends on the direction, in place of `eps_r` of their materials.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub anisotropic: Vec<AnisotropicJob>,
+}
+
+/// A substance whose permittivity depends on the direction.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[cfg_attr(any(test, feature = "testing"), derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+#[non_exhaustive]
+pub struct AnisotropicJob {
+    /// Its flag, 0 for the background.
+    pub flag: u8,
+    /// Relative permittivity: xx, yy, zz, yz, xz and xy of a symmetric, positive tensor.
+    pub eps_r: [f64; 6],
+}
+
+impl TensorsJob {
+    pub(super) fn validate(&self) -> Result<()> {
+        for (index, of) in self.anisotropic.iter().enumerate() {
+            let key = format!("tensors.anisotropic[{index}]");
+            if !of.is_positive() {
+                let hint = "xx, yy, zz, yz, xz and xy of a symmetric tensor whose principal values are positive";
+                return Err(out_of_range(&format!("{key}.eps_r"), format!("{:?}", of.eps_r), hint));
+            }
+            if self.anisotropic[..index].iter().any(|other| other.flag == of.flag) {
+                let message = format!("{key} has flag {}, which an entry before it has", of.flag);
+                return Err(Error::new("job-conflict", message, "give a flag one permittivity"));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl AnisotropicJob {
+    /// Whether the tensor is finite and positive: all its principal values are.
+    pub(super) fn is_positive(&self) -> bool {
+        let [xx, yy, zz, yz, xz, xy] = self.eps_r;
+        let minor = xx * yy - xy * xy;
+        let all = zz * minor - xx * yz * yz - yy * xz * xz + 2.0 * xy * yz * xz;
+        self.eps_r.iter().all(|of| of.is_finite()) && xx > 0.0 && minor > 0.0 && all > 0.0
     }
 }

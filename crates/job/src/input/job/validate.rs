@@ -1,7 +1,7 @@
 //! Checks of a job before anything is read: every value in its range, nothing asked for twice. Messages name the key.
 
 use super::quoted::short_number;
-use super::{Fill, FractionsMethod, Job, Padding, PerAxis};
+use super::{Fill, FractionsMethod, Job, Padding, PerAxis, TensorsJob};
 use crate::base::error::{Error, Result};
 use crate::input::choices::check_n_geometries;
 
@@ -116,8 +116,9 @@ impl Job {
             let hint = "1 to 255: an inverted geometry with a flag of its own can be metal around all others";
             return Err(out_of_range("conductors", 0, hint));
         }
-        let (conformal, distance) = (self.conformal.is_some(), self.distance.is_some());
-        for (name, is_asked) in [("staggered", self.staggered), ("conformal", conformal), ("distance", distance)] {
+        let (conformal, tensors) = (self.conformal.is_some(), self.tensors.is_some());
+        let on_lines = [("staggered", self.staggered), ("conformal", conformal), ("tensors", tensors)];
+        for (name, is_asked) in on_lines.into_iter().chain([("distance", self.distance.is_some())]) {
             if is_asked && self.close_gaps.is_some() {
                 let message = format!("{name} is given with close_gaps: it follows the surfaces, whose gaps stay open");
                 return Err(Error::new("job-conflict", message, "keep one of them"));
@@ -137,6 +138,7 @@ impl Job {
         if let Some(band) = band.filter(|band| !(band.is_finite() && *band > 0.0)) {
             return Err(out_of_range("distance.band", short_number(band), "a number of cells above 0, or \"all\""));
         }
+        self.tensors.as_ref().map_or(Ok(()), TensorsJob::validate)?;
         let Some(fractions) = self.fractions else { return Ok(()) };
         if !matches!(fractions.rays, 1 | 2 | 4 | 8 | 16) {
             return Err(out_of_range(
