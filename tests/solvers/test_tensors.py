@@ -76,7 +76,7 @@ def test_modes_of_rods_need_whole_tensors(tmp_path: Path) -> None:
     save_rod(tmp_path)
     cells = np.array([16, 32, 64])
     kinds = ("full", "diagonal", "flags")
-    off = {kind: np.array([abs(modes(tmp_path, n, kind) / MODES - 1) for n in cells]) for kind in kinds}
+    off = {kind: np.array([abs(modes(tmp_path, n, kind) / MODES - 1) for n in cells.tolist()]) for kind in kinds}
     orders = {kind: -np.polyfit(np.log(cells), np.log(of), 1)[0] for kind, of in off.items()}
     for kind in off:
         print(kind, "off by", off[kind].T, "orders", orders[kind])
@@ -117,4 +117,5 @@ def test_tensors_around_a_ball_are_those_of_its_fractions_and_radii(tmp_path: Pa
             assert off[is_cut].mean() < 0.1
             assert off[is_cut].max() < 0.6
             n_cut += is_cut.sum()
-    assert abs(n_cut / report["cut_points"] - 1) < 0.05
+    # samples miss slivers, and see nothing that is not there
+    assert 0.9 * report["cut_points"] < n_cut <= report["cut_points"]

@@ -293,7 +293,7 @@ impl Output for MeasuredFile {
             (What::Staggered, .., (Some(staggered), ..)) => {
                 file.fill(|out| write_staggered(staggered, mesh, compress, out))?
             }
-            (What::Conformal, .., (_, Some(conformal), _)) => {
+            (What::Conformal, .., (_, Some(conformal), ..)) => {
                 file.fill(|out| write_conformal(conformal, mesh, compress, out))?
             }
             (What::Distance(Format::Npz), .., (.., Some(distance))) => {
@@ -303,7 +303,9 @@ impl Output for MeasuredFile {
                 let options = self.options_of(format);
                 file.fill(|out| write_distance_cells(mesh, distance, (format, &options), out, meshed.control))?
             }
-            (What::Tensors, .., (.., Some(tensors))) => file.fill(|out| write_tensors(tensors, mesh, compress, out))?,
+            (What::Tensors, .., (.., Some(tensors), _)) => {
+                file.fill(|out| write_tensors(tensors, mesh, compress, out))?
+            }
             _ => return Ok(()),
         };
         written.files.push(file.of_bytes(n_bytes));

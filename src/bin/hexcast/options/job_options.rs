@@ -87,7 +87,7 @@ fn is_excluded(id: &str, is_given: &impl Fn(&str) -> bool) -> bool {
 }
 
 /// Keys whose options have other names, and those.
-const RENAMED: [(&str, &str); 6] = [
+const RENAMED: [(&str, &str); 7] = [
     ("output", "outputs"),
     ("links_output", "links"),
     ("fractions_output", "fractions"),

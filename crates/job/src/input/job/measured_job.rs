@@ -6,8 +6,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::base::error::{Error, Result};
 
-use super::validate::out_of_range;
-
 /// The directions of the links of a cell, as lattice Boltzmann methods name them: `D3Q` and their number, that of the cell itself included.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(any(test, feature = "testing"), derive(schemars::JsonSchema))]
@@ -252,8 +250,11 @@ impl TensorsJob {
         for (index, of) in self.anisotropic.iter().enumerate() {
             let key = format!("tensors.anisotropic[{index}]");
             if !of.is_positive() {
-                let hint = "xx, yy, zz, yz, xz and xy of a symmetric tensor whose principal values are positive";
-                return Err(out_of_range(&format!("{key}.eps_r"), format!("{:?}", of.eps_r), hint));
+                let message = format!(
+                    "{key}.eps_r is {:?}; allowed: xx, yy, zz, yz, xz and xy of a symmetric tensor whose principal values are positive",
+                    of.eps_r
+                );
+                return Err(Error::new("job-value", message, ""));
             }
             if self.anisotropic[..index].iter().any(|other| other.flag == of.flag) {
                 let message = format!("{key} has flag {}, which an entry before it has", of.flag);
