@@ -187,7 +187,7 @@ test('a click names the cell that the ray finds there', async ({ visit }) => {
     await page.mouse.move(0, 0);
     await page.click('#canvas-3d', { position: { x, y } });
     const words = cell ? new RegExp(`^cell ${cell.join(', ')} at .*: flag ${flag}, `) : /^$/;
-    await page.waitForFunction((words) => new RegExp(words).test(document.querySelector('#cell-3d').textContent), words.source);
+    await page.waitForFunction((words) => new RegExp(words).test(document.querySelector('#readout').textContent), words.source);
     n_named += cell ? 1 : 0;
   }
   assert.ok(n_named > 3, `${n_named} clicks named a cell`);

@@ -136,15 +136,10 @@ export function legend(page) {
 
 /** Shows a slice and reads the colour in the middle of every cell: `[j][i]`, `null` for the background. */
 export async function slice(page, axis, index) {
-  await page.click('#tab-slices');
-  await page.check(`#slice-${axis}`);
-  await page.fill('#slice-number', String(index));
-  const isThere = ([axis, index]) => {
-    const { dataset } = document.querySelector('#canvas-slice');
-    return dataset.axis === axis && dataset.index === String(index);
-  };
-  await page.waitForFunction(isThere, [axis, index]);
-  return page.$eval('#canvas-slice', (canvas) => {
+  await page.check(`#panes-${axis}`);
+  await page.fill(`#plane-${axis}`, String(index));
+  await page.waitForSelector(`#canvas-${axis}[data-index="${index}"]`);
+  return page.$eval(`#canvas-${axis}`, (canvas) => {
     const [left, top, dx, dy, width, height] = ['left', 'top', 'scaleX', 'scaleY', 'width', 'height'].map((key) =>
       Number(canvas.dataset[key]),
     );

@@ -25,11 +25,15 @@ import { startRun } from './run/run.js';
 import { startSession } from './session/session.js';
 import { startSettings } from './settings/settings.js';
 import { isForeignHash, readHash, startSharing } from './settings/share.js';
+import { startCrosshair } from './view/crosshair.js';
+import { startInspector } from './view/inspector.js';
+import { startMeasure } from './view/measure.js';
+import { startPanes } from './view/panes.js';
 import { startSlices } from './view/slices.js';
+import { startStretch } from './view/stretch.js';
 import { startStale } from './run/stale_notice.js';
 import { state } from './state/state.js';
 import { startSurfaces } from './geometries/surfaces.js';
-import { startTabs } from './elements/tabs.js';
 import { startTasks } from './elements/tasks.js';
 import { startView3d } from './view/view3d.js';
 
@@ -38,7 +42,6 @@ async function start() {
   byId('help-open').addEventListener('click', () => /** @type {HTMLDialogElement} */ (byId('help')).showModal());
   /** @type {HTMLAnchorElement} */ (byId('licences')).href = LICENCES;
   startFocus();
-  startTabs();
   startFiles();
   startTasks();
   startSurfaces();
@@ -59,6 +62,11 @@ async function start() {
   startLeave();
   startFileList();
   startSharing();
+  startCrosshair();
+  startMeasure();
+  startStretch();
+  startPanes();
+  startInspector();
   startSlices();
   startView3d();
   const sample = readHash();

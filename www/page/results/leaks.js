@@ -4,9 +4,9 @@ import { showFinding } from './findings.js';
 import { count, measure, numbersOf } from '../text/format.js';
 import { showError } from '../elements/messages.js';
 import { centreOf, placeText } from '../text/places.js';
-import { pickNext } from '../view/slice_cursor.js';
+import { isShown, showPanes } from '../view/panes.js';
+import { pickNext } from '../view/pick.js';
 import { change, on, state } from '../state/state.js';
-import { select } from '../elements/tabs.js';
 
 /** @typedef {import('hexcast').Leak} Leak @typedef {import('../state/state.js').Triple} Triple */
 
@@ -24,20 +24,19 @@ export function startLeaks() {
   on('mesh', () => byId('leak-answer').replaceChildren());
 }
 
-/** Lets a cell of the slices be picked as an end. @param {'from' | 'to'} end */
+/** Lets a cell be picked as an end. @param {'from' | 'to'} end */
 function pick(end) {
-  select('slices');
-  byId('canvas-slice').focus();
-  byId('slice-note').textContent =
-    `Pick the cell where paths ${end === 'from' ? 'begin' : 'end'}: click it, or move there with Shift and arrow keys and press Enter`;
+  const axis = /** @type {const} */ (['z', 'y', 'x']).find(isShown) ?? 'z';
+  if (!isShown(axis)) showPanes(axis);
+  byId(`canvas-${axis}`).focus();
+  const what = `Pick the cell where paths ${end === 'from' ? 'begin' : 'end'}: click it, or move there with Shift and arrow keys and press Enter`;
   pickNext((cell) => {
-    byId('slice-note').textContent = '';
     const { mesh } = state;
     if (!mesh) return;
     inputOf(`leak-${end}`).value = placeText(centreOf(mesh.lines, cell), mesh.lines);
     isRight(`leak-${end}`);
     buttonOf(`leak-pick-${end}`).focus();
-  });
+  }, what);
 }
 
 /** Whether a field holds what it must; it says what else. @param {string} id */
