@@ -6,6 +6,7 @@ import { showError } from '../elements/messages.js';
 import { centreOf, placeText } from '../text/places.js';
 import { isShown, showPanes } from '../view/panes.js';
 import { pickNext } from '../view/pick.js';
+import { jobOfMesh } from '../state/job.js';
 import { change, on, state } from '../state/state.js';
 
 /** @typedef {import('hexcast').Leak} Leak @typedef {import('../state/state.js').Triple} Triple */
@@ -55,7 +56,7 @@ async function find() {
   if (!mesh || isWrong) return isWrong && inputOf(isWrong).reportValidity();
   const [from, to] = ENDS.map((end) => /** @type {Triple} */ (numbersOf(inputOf(`leak-${end}`).value)));
   const flags = numbersOf(inputOf('leak-flags').value) ?? [];
-  const job = surfaces();
+  const job = jobOfMesh();
   const answer = byId('leak-answer');
   answer.replaceChildren('Looking …');
   buttonOf('leak-find').disabled = true;
@@ -72,13 +73,6 @@ async function find() {
     buttonOf('leak-find').disabled = false;
   }
   return undefined;
-}
-
-/** The job of the mesh while all its surfaces are on the page; facets are named in them. */
-function surfaces() {
-  const job = /** @type {import('hexcast').Job | null} */ (state.job);
-  const isHere = (/** @type {{ source?: unknown }} */ { source }) => state.geometries.some(({ surface }) => surface === source);
-  return job?.geometries.every(isHere) ? job : null;
 }
 
 /** @param {Leak} leak */

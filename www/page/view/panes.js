@@ -21,9 +21,7 @@ let isEnlarged = false;
 export function startPanes() {
   for (const name of CHOICES) inputOf(`panes-${name}`).addEventListener('change', () => showPanes(name));
   for (const name of PANES)
-    byId(`pane-${name}`)
-      .querySelector('.stage')
-      ?.addEventListener('dblclick', () => enlarge(name));
+    byId(`pane-${name}`).addEventListener('dblclick', ({ target }) => target instanceof HTMLCanvasElement && enlarge(name));
   document.addEventListener('keydown', takeKey);
   const phone = matchMedia('(max-width: 760px)');
   // four have no room there

@@ -2,9 +2,9 @@
  * The pointers of a slice: they name the cell below them; a press and a drag move the crosshair, a wheel and two fingers zoom, and a drag
  * with Shift or another button pans.
  */
-import { crosshair, moveTo } from './crosshair.js';
-import { picked } from './pick.js';
-import { nameCell } from './readout.js';
+import { crosshair, moveTo } from '../crosshair.js';
+import { picked } from '../pick.js';
+import { nameCell } from '../readout.js';
 import { cellUnder, flagOf, zoomBy } from './slice_layout.js';
 
 /** @typedef {import('./slice_layout.js').Pane} Pane */

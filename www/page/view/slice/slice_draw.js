@@ -1,9 +1,9 @@
 /** Draws a slice: cells, mesh lines, the marks of findings, the path of a leak, what is measured, the crosshair. */
-import { inputOf } from '../elements/dom.js';
-import { cellAt, centreOf, lengthOf } from '../text/places.js';
-import { state } from '../state/state.js';
-import { crosshair } from './crosshair.js';
-import { areFour } from './panes.js';
+import { inputOf } from '../../elements/dom.js';
+import { cellAt, centreOf, lengthOf } from '../../text/places.js';
+import { state } from '../../state/state.js';
+import { crosshair } from '../crosshair.js';
+import { areFour } from '../panes.js';
 import { markCells } from './slice_difference.js';
 import { AXES, across, layout, onCanvas } from './slice_layout.js';
 

@@ -1,8 +1,8 @@
 /** The slices across x, y and z, all through the crosshair. */
-import { byId } from '../elements/dom.js';
-import { on } from '../state/state.js';
-import { crosshair } from './crosshair.js';
-import { nameCell } from './readout.js';
+import { byId } from '../../elements/dom.js';
+import { on } from '../../state/state.js';
+import { crosshair } from '../crosshair.js';
+import { nameCell } from '../readout.js';
 import { SlicePane } from './slice_pane.js';
 
 /** Makes the panes, and keeps what they show. */

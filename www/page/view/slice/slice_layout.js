@@ -1,6 +1,6 @@
 /** Where the cells of a slice lie on its canvas. */
-import { cellAt, placeAt } from '../text/places.js';
-import { stretch } from './stretch.js';
+import { cellAt, placeAt } from '../../text/places.js';
+import { stretch } from '../stretch.js';
 
 /**
  * @typedef {0 | 1 | 2} Axis
