@@ -122,7 +122,7 @@ test('axe-core finds nothing: a comparison with a mesh file, which is reached wi
   await isSound(page, 'a comparison');
   await page.keyboard.press('Tab');
   await page.keyboard.press('Enter');
-  await expect(page.locator('#slice-cell')).toContainText('cell ');
+  await expect(page.locator('#readout')).toContainText('cell ');
   await isSound(page, 'a cell that differs');
 });
 
@@ -190,13 +190,13 @@ test('from the sample to a file with the keyboard alone, and nothing that has th
   await page.keyboard.press('Enter');
   await page.waitForSelector('#legend tr', { timeout: 180_000 });
   assert.equal(await isAt(), 'run', 'the focus is where it was');
-  await tabTo('tab-3d');
+  await tabTo('panes-3d');
   await page.keyboard.press('ArrowRight');
-  await tabTo('slice-number');
+  await tabTo('plane-z');
   await page.keyboard.press('ControlOrMeta+a');
   await page.keyboard.type('7.4');
-  await tabTo('canvas-slice');
-  assert.equal(await page.inputValue('#slice-number'), '7');
+  await tabTo('canvas-z');
+  assert.equal(await page.inputValue('#plane-z'), '7');
   await page.keyboard.press('x');
   await page.keyboard.press('Home');
   assert.equal((await slice(page, 'x', 0))[0][0], COPPER);

@@ -15,11 +15,14 @@ const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a
 const unit = (a) => times(a, 1 / Math.hypot(...a));
 
 /** The ray of a place of the picture, from -1 to 1 each way. */
-function rayOf({ centre, eye, target, tangent }, aspect, [x, y]) {
+function rayOf({ stretch, centre, eye, target, tangent }, aspect, [x, y]) {
   const ahead = unit(minus(target, eye));
   const right = unit(cross(ahead, [0, 0, 1]));
   const up = cross(right, ahead);
-  return { from: plus(centre, eye), way: plus(ahead, plus(times(right, x * tangent * aspect), times(up, y * tangent))) };
+  // what is stretched is shorter in the world than in the picture
+  const inWorld = (at) => at.map((number, axis) => number / stretch[axis]);
+  const way = plus(ahead, plus(times(right, x * tangent * aspect), times(up, y * tangent)));
+  return { from: inWorld(plus(centre, eye)), way: inWorld(way) };
 }
 
 /** The first cell with a flag along a ray: all crossings with lines are sorted, and between two of them lies a cell. */
@@ -68,13 +71,13 @@ async function meshOf(page) {
 }
 
 /** Whether a pixel is within three of an edge of the box, which is drawn over the cells. */
-function isAtBox({ centre, eye, target, tangent }, lines, [width, height], [x, y]) {
+function isAtBox({ stretch, centre, eye, target, tangent }, lines, [width, height], [x, y]) {
   const ahead = unit(minus(target, eye));
   const right = unit(cross(ahead, [0, 0, 1]));
   const dot = (a, b) => a.reduce((sum, number, axis) => sum + number * b[axis], 0);
   const corners = Array.from({ length: 8 }, (_, corner) => {
     const from = minus(
-      lines.map((list, axis) => list.at((corner >> axis) & 1 ? -1 : 0)),
+      lines.map((list, axis) => stretch[axis] * list.at((corner >> axis) & 1 ? -1 : 0)),
       plus(centre, eye),
     );
     const [across, up, depth] = [right, cross(right, ahead), ahead].map((axis) => dot(from, axis));
@@ -155,7 +158,12 @@ for (const [name, hash] of Object.entries(CASES)) {
       const index = Math.floor(mesh.dims[1] / 2);
       const at = (mesh.lines[1][index] + mesh.lines[1][index + 1]) / 2;
       await compare(page, mesh, 9, { cut: { axis: 1, side: sight.eye[1] - sight.target[1] < 0 ? -1 : 1, at } });
+      // an axis that is drawn longer, cut and not
+      await page.selectOption('#stretch', '2 4');
+      await compare(page, mesh, 12, { cut: { axis: 1, side: sight.eye[1] - sight.target[1] < 0 ? -1 : 1, at } });
       await page.selectOption('#section-axis', '');
+      await compare(page, mesh, 13);
+      await page.selectOption('#stretch', '');
       await page.uncheck('#legend tr:first-child input');
       await page.waitForTimeout(100);
       await compare(page, mesh, 10, { hidden: [mesh.colours[0][0]] });
@@ -187,7 +195,7 @@ test('a click names the cell that the ray finds there', async ({ visit }) => {
     await page.mouse.move(0, 0);
     await page.click('#canvas-3d', { position: { x, y } });
     const words = cell ? new RegExp(`^cell ${cell.join(', ')} at .*: flag ${flag}, `) : /^$/;
-    await page.waitForFunction((words) => new RegExp(words).test(document.querySelector('#cell-3d').textContent), words.source);
+    await page.waitForFunction((words) => new RegExp(words).test(document.querySelector('#readout').textContent), words.source);
     n_named += cell ? 1 : 0;
   }
   assert.ok(n_named > 3, `${n_named} clicks named a cell`);

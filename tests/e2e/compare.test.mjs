@@ -72,32 +72,30 @@ test('pairs of flags are those of the native command, a button goes to the first
   );
 
   const [nx, ny] = [31, 29];
-  await page.click('#tab-slices');
+  await page.check('#panes-x');
   await page.uncheck('#mesh-lines');
   // where cells are small, stripes would miss some: these are filled
   await page.setViewportSize({ width: 260, height: 400 });
-  await page.waitForFunction(() => Number(document.querySelector('#canvas-slice').dataset.scaleY) < 8);
+  await page.waitForFunction(() => Number(document.querySelector('#canvas-x').dataset.scaleY) < 8);
   const cells = (await slice(page, 'x', 15)).flatMap((row, z) => row.map((colour, y) => [colour, y, z]));
-  const mark = await page.$eval('#canvas-slice', (canvas) => getComputedStyle(canvas).getPropertyValue('--mark').trim());
+  const mark = await page.$eval('#canvas-x', (canvas) => getComputedStyle(canvas).getPropertyValue('--mark').trim());
   assert.ok(cells.filter(([colour]) => colour === mark).length > 20);
   for (const [colour, y, z] of cells) assert.equal(colour === mark, found.mask[15 + nx * (y + ny * z)] === 1, `${y}, ${z}`);
   await page.setViewportSize({ width: 1280, height: 720 });
 
   for (const { one, other, first } of found.pairs) {
     await page.click(`#compare-pairs [data-pair="${one} ${other}"] button`);
-    await expect(page.locator('#slice-cell')).toContainText(`cell ${first.join(', ')} at`);
-    assert.equal(await page.inputValue('#slice-number'), String(first[0]));
+    await expect(page.locator('#readout')).toContainText(`cell ${first.join(', ')} at`);
+    assert.equal(await page.inputValue('#plane-x'), String(first[0]));
     const flag = one === 0 ? 'background' : `flag ${one}`;
-    await expect(page.locator('#slice-cell')).toContainText(flag);
+    await expect(page.locator('#readout')).toContainText(flag);
   }
 
   let n_hatched = 0;
   for (const z of [18, 9]) {
     await slice(page, 'z', z);
-    await page.waitForFunction(() =>
-      /marked cells differ from before\.hxc/.test(document.querySelector('#slice-note').textContent),
-    );
-    const hatched = await page.$eval('#canvas-slice', hatchedCells);
+    await page.waitForFunction(() => /marked cells differ from before\.hxc/.test(document.querySelector('#note-z').textContent));
+    const hatched = await page.$eval('#canvas-z', hatchedCells);
     const expected = Array.from({ length: ny }, (_, j) =>
       Array.from({ length: nx }, (_, i) => found.mask[i + nx * (j + ny * z)] === 1),
     );
@@ -114,7 +112,7 @@ test('pairs of flags are those of the native command, a button goes to the first
 
   await page.click('#compare-clear');
   assert.deepEqual(await rows(page), []);
-  await expect(page.locator('#slice-note')).toHaveText('');
+  await expect(page.locator('#note-z')).toHaveText('');
 });
 
 /** In the page: which cells have both black and white pixels, `[j][i]`. @param {HTMLCanvasElement} canvas */
@@ -184,7 +182,7 @@ test('a file that is dropped there is compared, and does not take the place of t
 test('the picture of a slice that is saved is that of the native command', async ({ visit }) => {
   const { page } = await meshedTwice(visit);
   const draws = async (name, words) => {
-    const { name: offered, bytes } = await saved(page, '#save-slice');
+    const { name: offered, bytes } = await saved(page, `#save-${name[0]}`);
     assert.match(offered, new RegExp(`-${name}\\.png$`));
     const picture = path.join(folder, 'native.png');
     execFileSync(PROGRAM, ['slice', path.join(folder, 'after.hxc'), '-o', picture, '-q', '--size=1200', ...words]);
@@ -198,9 +196,9 @@ test('the picture of a slice that is saved is that of the native command', async
   const [[hidden], [shown]] = await legend(page);
   await page.uncheck(`#legend tr[data-flag="${hidden}"] input[type=checkbox]`);
   await draws('y3', ['--axis=y', at(3, 29), '--no-lines', `--flags=0,${shown}`]);
-  await page.click('#zoom-in');
-  const { name, bytes } = await saved(page, '#save-slice-view');
+  await page.click('#zoom-in-y');
+  const { name, bytes } = await saved(page, '#save-view-y');
   assert.match(name, /-y3-view\.png$/);
-  const size = await page.$eval('#canvas-slice', ({ width, height }) => [width, height]);
+  const size = await page.$eval('#canvas-y', ({ width, height }) => [width, height]);
   assert.deepEqual([bytes.readUInt32BE(16), bytes.readUInt32BE(20)], size);
 });

@@ -173,7 +173,7 @@ test('every edit is undone and done again, with buttons and keys', async ({ visi
   await page.waitForSelector('.geometry', { state: 'detached' });
   assert.ok(await page.isDisabled('#undo'));
   // a file that was removed is read again
-  await page.locator('#tab-3d').focus();
+  await page.locator('#panes-3d').focus();
   for (let edit = 0; edit <= edits.length; edit += 1) {
     await page.waitForSelector('#redo:enabled');
     await page.keyboard.press('ControlOrMeta+Shift+Z');

@@ -53,12 +53,8 @@ function isAt(page, place) {
 
 /** Numbers of marks in the slice that is shown, once it is the one of an index. */
 async function marksAt(page, axis, index) {
-  const isThere = ([axis, index]) => {
-    const { dataset } = document.querySelector('#canvas-slice');
-    return dataset.axis === axis && dataset.index === String(index);
-  };
-  await page.waitForFunction(isThere, [axis, index]);
-  return Number(await page.getAttribute('#canvas-slice', 'data-marks'));
+  await page.waitForSelector(`#canvas-${axis}[data-index="${index}"]`);
+  return Number(await page.getAttribute(`#canvas-${axis}`, 'data-marks'));
 }
 
 test('thin walls and overlaps are looked for where the box is ticked, and the native command finds the same', async ({
@@ -123,14 +119,13 @@ test('each finding is a line and a mark, and next flies to it in 3-D and in the 
     assert.ok(n > 20 && Math.abs(seen[0] - 0.5) < 0.01 && Math.abs(seen[1] - 0.5) < 0.01, `${seen}`);
   }
   // in the slices, and backwards
-  await page.click('#tab-slices');
-  await page.check('#slice-x');
+  await page.check('#panes-x');
   assert.equal(
     await marksAt(page, 'x', Math.floor(places[2][0] / 0.5)),
     places.filter((place) => Math.floor(place[0] / 0.5) === Math.floor(places[2][0] / 0.5)).length,
   );
   await page.click('#finding-previous');
-  assert.ok(await page.isVisible('#panel-slices'), 'the view that is shown stays');
+  assert.ok(await page.isVisible('#pane-x'), 'the view that is shown stays');
   assert.ok((await marksAt(page, 'x', Math.floor(places[1][0] / 0.5))) >= 1);
   // what helps
   await page.getByRole('button', { name: 'Keep thin walls' }).first().click();

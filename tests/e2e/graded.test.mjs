@@ -31,7 +31,7 @@ async function reportOf(page) {
 /** Colours in the middles of the cells of the slice shown, `[j][i]`, found by the lines alone; null for the background. */
 function coloursOf(page, xs, ys) {
   return page.$eval(
-    '#canvas-slice',
+    '#canvas-z',
     (canvas, [xs, ys]) => {
       const [left, top, dx, dy, width, height] = ['left', 'top', 'scaleX', 'scaleY', 'width', 'height'].map((key) =>
         Number(canvas.dataset[key]),
@@ -104,7 +104,7 @@ test('graded lines: cells are drawn in their sizes, and files are those of the n
     }
     assert.equal(await page.$('#download-vti'), null, 'image data has equal cells');
     const raw = readFileSync(path.join(folder, 'plain.raw'));
-    await page.click('#tab-slices');
+    await page.check('#panes-z');
     // a mesh line may run through the middle of a cell of one pixel
     await page.uncheck('#mesh-lines');
     const z = Math.floor(report.dims[2] / 2);
@@ -117,9 +117,9 @@ test('graded lines: cells are drawn in their sizes, and files are those of the n
     await other.waitForSelector('#legend tr');
     assert.deepEqual(await legend(other), await legend(page));
     assert.equal(await other.textContent('#result-lines'), lines);
-    await other.click('#tab-slices');
+    await other.check('#panes-z');
     await other.uncheck('#mesh-lines');
-    await other.waitForFunction(() => document.querySelector('#canvas-slice').dataset.index);
+    await other.waitForFunction(() => document.querySelector('#canvas-z').dataset.index);
     assert.deepEqual(await coloursOf(other, x, y), plane(raw, report.dims, z));
   });
 });

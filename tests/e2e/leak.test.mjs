@@ -99,11 +99,10 @@ test('a leak is found between two points, one picked with the keyboard and one t
   await page.click('#leak summary');
   // from the middle of the casing
   await page.getByLabel('Pick the first point').press('Enter');
-  assert.ok(await page.isVisible('#panel-slices'));
-  await page.waitForSelector('#canvas-slice[data-axis=z]');
-  await page.keyboard.press('Shift+ArrowLeft');
+  assert.ok(await page.isVisible('#pane-z'));
+  await page.waitForSelector('#canvas-z[data-axis=z]');
   await page.keyboard.press('Shift+ArrowUp');
-  assert.equal(await page.textContent('#slice-cell'), 'cell 7, 8, 7 at 5.5, 6.5, 5.5 mm: background');
+  assert.equal(await page.textContent('#readout'), 'cell 7, 8, 7 at 5.5, 6.5, 5.5 mm: background');
   await page.keyboard.press('Enter');
   assert.equal(await page.inputValue('#leak-from'), '5.5, 6.5, 5.5');
   await page.getByLabel('To x, y, z').fill('-1');
@@ -131,8 +130,8 @@ test('a leak is found between two points, one picked with the keyboard and one t
     );
   await page.waitForSelector(`#canvas-3d[data-place="${place.replaceAll(',', '')}"]`, { state: 'attached' });
   // the slice went there, too, and shows the path in its plane and the mark
-  await page.waitForSelector('#canvas-slice[data-index="11"]');
-  assert.ok(Number(await page.getAttribute('#canvas-slice', 'data-marks')) >= 1);
+  await page.waitForSelector('#canvas-z[data-index="11"]');
+  assert.ok(Number(await page.getAttribute('#canvas-z', 'data-marks')) >= 1);
   assert.ok((await redPixels(page)) > 50);
   // an end that is not open says so
   await page.fill('#leak-flags', '2');
@@ -140,11 +139,11 @@ test('a leak is found between two points, one picked with the keyboard and one t
   assert.match(await page.textContent('#messages [data-code=job-value]'), /a path may only use flag 2/);
   // a click in the slice is a point, too
   await page.click('#leak-pick-to');
-  const corner = await page.$eval('#canvas-slice', ({ dataset: { left, top, scaleX, scaleY, height } }) => ({
+  const corner = await page.$eval('#canvas-z', ({ dataset: { left, top, scaleX, scaleY, height } }) => ({
     x: (Number(left) + 0.5 * scaleX) / devicePixelRatio,
     y: (Number(top) + (height - 0.5) * scaleY) / devicePixelRatio,
   }));
-  await page.click('#canvas-slice', { position: corner });
+  await page.click('#canvas-z', { position: corner });
   assert.equal(await page.inputValue('#leak-to'), '-1.5, -1.5, 9.5');
   // another mesh has no leak yet
   await run(page);
@@ -154,7 +153,7 @@ test('a leak is found between two points, one picked with the keyboard and one t
 
 /** Pixels of the slice in the colour of the mark. */
 function redPixels(page) {
-  return page.$eval('#canvas-slice', (canvas) => {
+  return page.$eval('#canvas-z', (canvas) => {
     const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
     let n = 0;
     for (let at = 0; at < data.length; at += 4) n += data[at] === 0xe0 && data[at + 1] === 0x10 && data[at + 2] === 0x3c;

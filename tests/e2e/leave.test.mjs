@@ -1,8 +1,7 @@
 // From dropped files to the file of a program: what is asked, in how many clicks, and what is typed next; and the list of all formats.
 
 import assert from 'node:assert/strict';
-import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
-import { tmpdir } from 'node:os';
+import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
 
 import { expect } from '@playwright/test';
@@ -10,6 +9,14 @@ import { expect } from '@playwright/test';
 import { runCopied, writeSample } from './native.mjs';
 import { OPEN_BOX, boxBetween } from './open_box.mjs';
 import { cellsAreDrawn, COPPER, EPOXY, hasGeometries, run, saved, test } from './visit.mjs';
+
+/** Opens two cubes of 20 x 10 x 10 cells, meshed. */
+async function cubes(visit, more = '') {
+  const page = await visit(`#cells=20&sample=cubes&backend=cpu${more}`);
+  await hasGeometries(page, 2);
+  await run(page);
+  return page;
+}
 
 /** A board of twelve parts, one of them open, in millimetres. */
 const BOARD = {
@@ -38,104 +45,86 @@ async function choose(page, label, value) {
 test('from a dropped board of twelve parts to the file of openEMS: at most 12 clicks, and the bytes of the command', async ({
   visit,
 }) => {
-  const folder = mkdtempSync(path.join(tmpdir(), 'hexcast-'));
-  try {
-    const page = await visit('#backend=cpu', { live: true });
-    const files = Object.entries(BOARD).map(([name, text]) => [`${name}.stl`, text]);
-    const payload = files.map(([name, text]) => ({ name, mimeType: 'model/stl', buffer: Buffer.from(text) }));
-    await page.setInputFiles('#file-input', payload);
-    await page.waitForFunction(() => document.querySelectorAll('#legend tr').length === 12);
-    let clicks = await choose(page, PROGRAM, 'openEMS');
-    const save = page.getByRole('button', { name: 'Save balls.csx.xml' });
-    await expect(save).toBeDisabled();
-    await expect(page.locator('#program-missing')).toHaveText('Still to say: the unit, and what 12 parts are made of.');
-    clicks += await choose(page, UNIT, 'mm');
-    clicks += await choose(page, 'All without one', { label: 'Metal (PEC)' });
-    clicks += await choose(page, 'What substrate is made of', { label: 'FR-4, eps_r=4.4' });
-    await expect(save).toBeEnabled();
-    assert.equal(await page.locator('#messages .error').count(), 0);
-    // the answers are in the mesh, and nobody asked for one
-    const { name, bytes } = await saved(page, '#program-save');
-    clicks += 1;
-    assert.ok(clicks <= 12, `${clicks} clicks`);
-    assert.equal(name, 'balls.csx.xml');
-    await expect(page.locator('#program-status')).toHaveText('Saved.');
-    await expect(page.locator('#program-next')).toContainText('structure.ReadFromXML("balls.csx.xml")');
-    for (const [file, text] of files) writeFileSync(path.join(folder, file), text);
-    await runCopied(page, folder, ['-o', 'board.csx.xml']);
-    assert.ok(bytes.equals(readFileSync(path.join(folder, 'board.csx.xml'))), `${bytes.length} bytes`);
-    assert.match(bytes.toString(), /<Material [^>]*Name="substrate"/);
-  } finally {
-    rmSync(folder, { recursive: true });
-  }
+  const page = await visit('#backend=cpu', { live: true });
+  const files = Object.entries(BOARD).map(([name, text]) => [`${name}.stl`, text]);
+  const payload = files.map(([name, text]) => ({ name, mimeType: 'model/stl', buffer: Buffer.from(text) }));
+  await page.setInputFiles('#file-input', payload);
+  await page.waitForFunction(() => document.querySelectorAll('#legend tr').length === 12);
+  let clicks = await choose(page, PROGRAM, 'openEMS');
+  const save = page.getByRole('button', { name: 'Save balls.csx.xml' });
+  await expect(save).toBeDisabled();
+  await expect(page.locator('#program-missing')).toHaveText('Still to say: the unit, and what 12 parts are made of.');
+  clicks += await choose(page, UNIT, 'mm');
+  clicks += await choose(page, 'All without one', { label: 'Metal (PEC)' });
+  clicks += await choose(page, 'What substrate is made of', { label: 'FR-4, eps_r=4.4' });
+  await expect(save).toBeEnabled();
+  assert.equal(await page.locator('#messages .error').count(), 0);
+  // the answers are in the mesh, and nobody asked for one
+  const { name, bytes } = await saved(page, '#program-save');
+  clicks += 1;
+  assert.ok(clicks <= 12, `${clicks} clicks`);
+  assert.equal(name, 'balls.csx.xml');
+  await expect(page.locator('#program-status')).toHaveText('Saved.');
+  await expect(page.locator('#program-next')).toContainText('structure.ReadFromXML("balls.csx.xml")');
+  for (const [file, text] of files) writeFileSync(path.join(folder, file), text);
+  await runCopied(page, folder, ['-o', 'board.csx.xml']);
+  assert.ok(bytes.equals(readFileSync(path.join(folder, 'board.csx.xml'))), `${bytes.length} bytes`);
+  assert.match(bytes.toString(), /<Material [^>]*Name="substrate"/);
 });
 
-test('a program asks only for what is not said, and where meshes wait for a click its answers do not', async ({ visit }) => {
-  const folder = mkdtempSync(path.join(tmpdir(), 'hexcast-'));
-  try {
-    const page = await visit('#cells=20&sample=cubes&backend=cpu&unit=mm');
-    await hasGeometries(page, 2);
-    await run(page);
-    await choose(page, PROGRAM, 'OpenFOAM');
-    await expect(page.getByLabel(UNIT)).toBeHidden();
-    await expect(page.getByRole('table', { name: 'Materials of parts' })).toBeHidden();
-    assert.equal((await saved(page, '#program-save')).name, 'copper.foam.zip');
-    // materials are of use to this one, and it does without
-    await choose(page, PROGRAM, 'Abaqus, CalculiX');
-    await expect(page.getByRole('button', { name: 'Save copper.inp' })).toBeEnabled();
-    await choose(page, 'What copper is made of', { label: 'Copper' });
-    await choose(page, PROGRAM, 'gprMax');
-    const save = page.getByRole('button', { name: 'Save copper.in.zip' });
-    await expect(page.locator('#program-missing')).toHaveText('Still to say: what 2 parts are made of.');
-    await choose(page, 'What copper is made of', { label: 'Copper, sigma=58000000' });
-    await expect(page.locator('#program-missing')).toHaveText('Still to say: what one part is made of.');
-    await choose(page, 'What epoxy is made of', { label: 'other …' });
-    await page.getByLabel('Numbers of epoxy').fill('eps_r=3.6, sigma=1e-3');
-    await expect(save).toBeEnabled();
-    await expect(page.locator('#stale')).toBeHidden();
-    // both kinds of numbers are of the part, and its field in the list has them
-    await expect(page.locator('.material').first()).toHaveValue('E=120000000000 nu=0.34 density=8960 sigma=58000000');
-    await choose(page, PROGRAM, 'openEMS');
-    await expect(page.getByLabel('What epoxy is made of')).toBeHidden();
+test('a program asks only for what is not said, and where meshes wait for a click its answers do not', async ({
+  visit,
+  folder,
+}) => {
+  const page = await cubes(visit, '&unit=mm');
+  await choose(page, PROGRAM, 'OpenFOAM');
+  await expect(page.getByLabel(UNIT)).toBeHidden();
+  await expect(page.getByRole('table', { name: 'Materials of parts' })).toBeHidden();
+  assert.equal((await saved(page, '#program-save')).name, 'copper.foam.zip');
+  // materials are of use to this one, and it does without
+  await choose(page, PROGRAM, 'Abaqus, CalculiX');
+  await expect(page.getByRole('button', { name: 'Save copper.inp' })).toBeEnabled();
+  await choose(page, 'What copper is made of', { label: 'Copper' });
+  await choose(page, PROGRAM, 'gprMax');
+  const save = page.getByRole('button', { name: 'Save copper.in.zip' });
+  await expect(page.locator('#program-missing')).toHaveText('Still to say: what 2 parts are made of.');
+  await choose(page, 'What copper is made of', { label: 'Copper, sigma=58000000' });
+  await expect(page.locator('#program-missing')).toHaveText('Still to say: what one part is made of.');
+  await choose(page, 'What epoxy is made of', { label: 'other …' });
+  await page.getByLabel('Numbers of epoxy').fill('eps_r=3.6, sigma=1e-3');
+  await expect(save).toBeEnabled();
+  await expect(page.locator('#stale')).toBeHidden();
+  // both kinds of numbers are of the part, and its field in the list has them
+  await expect(page.locator('.material').first()).toHaveValue('E=120000000000 nu=0.34 density=8960 sigma=58000000');
+  await choose(page, PROGRAM, 'openEMS');
+  await expect(page.getByLabel('What epoxy is made of')).toBeHidden();
+  const { bytes } = await saved(page, '#program-save');
+  await writeSample('cubes', folder);
+  await runCopied(page, folder, ['-o', 'all.csx.xml']);
+  assert.ok(bytes.equals(readFileSync(path.join(folder, 'all.csx.xml'))), `${bytes.length} bytes`);
+  // cells of other settings wait for their click
+  await page.getByLabel('Cells along the longest axis').fill('21');
+  await expect(page.locator('#stale')).toBeVisible();
+});
+
+test('arrays for lbmpy, Palabos and taufactor are those of their recipes', async ({ visit, folder }) => {
+  const page = await cubes(visit);
+  await writeSample('cubes', folder);
+  for (const [program, words, file] of [
+    ['lbmpy', ['--axis-order=xyz'], 'array.npy'],
+    ['Palabos', [], 'array.raw'],
+    ['taufactor', ['--map=0=1,1=0,2=0'], 'array.npy'],
+  ]) {
+    await choose(page, PROGRAM, program);
     const { bytes } = await saved(page, '#program-save');
-    await writeSample('cubes', folder);
-    await runCopied(page, folder, ['-o', 'all.csx.xml']);
-    assert.ok(bytes.equals(readFileSync(path.join(folder, 'all.csx.xml'))), `${bytes.length} bytes`);
-    // cells of other settings wait for their click
-    await page.getByLabel('Cells along the longest axis').fill('21');
-    await expect(page.locator('#stale')).toBeVisible();
-  } finally {
-    rmSync(folder, { recursive: true });
-  }
-});
-
-test('arrays for lbmpy, Palabos and taufactor are those of their recipes', async ({ visit }) => {
-  const folder = mkdtempSync(path.join(tmpdir(), 'hexcast-'));
-  try {
-    const page = await visit('#cells=20&sample=cubes&backend=cpu');
-    await hasGeometries(page, 2);
-    await run(page);
-    await writeSample('cubes', folder);
-    for (const [program, words, file] of [
-      ['lbmpy', ['--axis-order=xyz'], 'array.npy'],
-      ['Palabos', [], 'array.raw'],
-      ['taufactor', ['--map=0=1,1=0,2=0'], 'array.npy'],
-    ]) {
-      await choose(page, PROGRAM, program);
-      const { bytes } = await saved(page, '#program-save');
-      mkdirSync(path.join(folder, program));
-      await runCopied(page, folder, [...words, '-o', `${program}/${file}`]);
-      assert.ok(bytes.equals(readFileSync(path.join(folder, program, file))), program);
-    }
-  } finally {
-    rmSync(folder, { recursive: true });
+    mkdirSync(path.join(folder, program));
+    await runCopied(page, folder, [...words, '-o', `${program}/${file}`]);
+    assert.ok(bytes.equals(readFileSync(path.join(folder, program, file))), program);
   }
 });
 
 test('a file of cells says its own unit: where it has none, a program that needs one says so', async ({ visit }) => {
-  const page = await visit('#cells=20&sample=cubes&backend=cpu');
-  await hasGeometries(page, 2);
-  await run(page);
+  const page = await cubes(visit);
   const { bytes } = await saved(page, '#download-hxc');
   const other = await visit('#backend=cpu');
   await other.setInputFiles('#file-input', { name: 'cells.hxc', mimeType: '', buffer: bytes });
@@ -148,9 +137,7 @@ test('a file of cells says its own unit: where it has none, a program that needs
 });
 
 test('the list of formats is searched by name, ending and program, and gone through with the arrow keys', async ({ visit }) => {
-  const page = await visit('#cells=20&sample=cubes&backend=cpu');
-  await hasGeometries(page, 2);
-  await run(page);
+  const page = await cubes(visit);
   const search = page.getByRole('searchbox', { name: 'All formats' });
   const found = () =>
     page

@@ -28,9 +28,8 @@ async function cutCubes(page, cut, plane) {
   await cellsAreDrawn(page);
   await page.selectOption('#section-axis', '0');
   await page.locator('#section-at').fill(cut);
-  await page.click('#tab-slices');
-  await page.check('#slice-z');
-  await page.fill('#slice-number', plane);
+  await page.check('#panes-z');
+  await page.fill('#plane-z', plane);
   await page.waitForTimeout(500);
 }
 
@@ -210,8 +209,8 @@ test('undo goes back to the mesh before, planes and cuts stay at their places', 
   await cutCubes(page, '5', '2');
   await page.fill('#cells', '80');
   await isMeshed(page, '80 × 40 × 40');
-  await expect(page.locator('#canvas-slice')).toHaveAttribute('data-index', '10');
-  await page.click('#tab-3d');
+  await expect(page.locator('#canvas-z')).toHaveAttribute('data-index', '10');
+  await page.check('#panes-3d');
   await cellsAreDrawn(page);
   await expect(page.locator('#section-at')).toHaveValue('22');
   await page.click('#undo');
@@ -224,12 +223,12 @@ test('coarse meshes do not move planes and cuts: they stay where they were put',
   await cutCubes(page, '6', '3');
   await page.fill('#cells', '6');
   await isMeshed(page, '6 × 3 × 3');
-  await expect(page.locator('#canvas-slice')).toHaveAttribute('data-index', '1');
+  await expect(page.locator('#canvas-z')).toHaveAttribute('data-index', '1');
   await page.waitForTimeout(500);
   await page.fill('#cells', '20');
   await isMeshed(page, '20 × 10 × 10');
-  await expect(page.locator('#canvas-slice')).toHaveAttribute('data-index', '3');
-  await page.click('#tab-3d');
+  await expect(page.locator('#canvas-z')).toHaveAttribute('data-index', '3');
+  await page.check('#panes-3d');
   await cellsAreDrawn(page);
   await expect(page.locator('#section-at')).toHaveValue('6');
 });
@@ -392,8 +391,8 @@ const looks = (page) =>
       eye: eye.map((at, axis) => (at + centre[axis]).toPrecision(3)),
       target: target.map((at, axis) => (at + centre[axis]).toFixed(2)),
       cut: [document.querySelector('#section-axis').value, document.querySelector('#section-at').value],
-      plane: [document.querySelector('#slice-y').checked, document.querySelector('#slice-number').value],
-      slices: document.querySelector('#panel-3d').hidden,
+      plane: [document.querySelector('#panes-y').checked, document.querySelector('#plane-y').value],
+      slices: document.querySelector('#pane-3d').hidden,
       shown: [...document.querySelectorAll('#legend input')].map(({ checked }) => checked),
     };
   });
@@ -407,19 +406,19 @@ test('a link opens meshed, and shows it as it was looked at', async ({ visit }) 
   await page.selectOption('#section-axis', '0');
   await page.locator('#section-at').fill('5');
   await page.uncheck('#legend tr[data-flag="2"] input');
-  await page.click('#tab-slices');
-  await page.check('#slice-y');
-  await page.fill('#slice-number', '7');
-  await expect(page).toHaveURL(/camera=.*&cut=0\+.*&slice=1\+.*&tab=slices&hidden=2/);
+  await page.check('#panes-y');
+  await page.fill('#plane-y', '7');
+  await expect(page).toHaveURL(/camera=.*&cut=0\+.*&at=.*&panes=y&hidden=2/);
   const before = await looks(page);
   assert.deepEqual([before.cut, before.plane, before.slices, before.shown], [['0', '5'], [true, '7'], true, [true, false]]);
   const other = await visit(new URL(page.url()).hash, { live: true });
   await isMeshed(other, '20 × 10 × 10');
-  await expect(other.locator('#tab-slices')).toHaveAttribute('aria-selected', 'true');
-  await other.click('#tab-3d');
+  await expect(other.locator('#panes-y')).toBeChecked();
+  await expect(other.locator('#plane-y')).toHaveValue('7');
+  await other.check('#panes-3d');
   await cellsAreDrawn(other);
-  await expect.poll(() => looks(other)).toEqual({ ...before, slices: false });
+  await expect.poll(() => looks(other)).toEqual({ ...before, plane: [false, before.plane[1]], slices: false });
   // whatever is changed there, the link follows
   await other.selectOption('#section-axis', '');
-  await expect(other).not.toHaveURL(/cut=|tab=/);
+  await expect(other).not.toHaveURL(/cut=|panes=/);
 });

@@ -31,8 +31,8 @@ const STATES = {
   slices: {
     go: async (page) => {
       await mesh(page);
-      await page.click('#tab-slices');
-      await page.waitForFunction(() => document.querySelector('#canvas-slice').dataset.axis);
+      await page.check('#panes-z');
+      await page.waitForSelector('#canvas-z[data-axis]');
     },
   },
   findings: {
@@ -107,7 +107,7 @@ for (const [state, { go, isDrawn = false }] of Object.entries(STATES)) {
 /** Panels of which something is seen on a screen. */
 const PANELS = {
   phone: ['header', '#view'],
-  tablet: ['#run-bar', '#panel-3d'],
+  tablet: ['#run-bar', '#pane-3d'],
   laptop: ['.results', '#run-bar', '.scroll'],
   large: ['.results'],
 };

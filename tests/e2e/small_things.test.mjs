@@ -153,13 +153,13 @@ test('the cut in 3-D has a position, and the stage does not move from plane to p
   await page.selectOption('#section-axis', '0');
   assert.equal(await page.textContent('#section-where'), 'x = 10.5 mm');
   await slice(page, 'x', 0);
-  const { left, top, width, height } = await box(page, '#canvas-slice');
+  const { left, top, width, height } = await box(page, '#canvas-x');
   // the mouse names the cell under it, with its place
   await page.mouse.move(left + width / 2, top + height / 2);
-  assert.match(await page.textContent('#slice-cell'), /^cell 0, \d+, \d+ at .* mm: flag \d/);
+  assert.match(await page.textContent('#readout'), /^cell 0, \d+, \d+ at .* mm: flag \d/);
   for (const index of [1, 9, 10, 19]) {
     await slice(page, 'x', index);
-    assert.equal((await box(page, '#canvas-slice')).top, top, `${index}`);
+    assert.equal((await box(page, '#canvas-x')).top, top, `${index}`);
   }
 });
 
@@ -210,9 +210,9 @@ test('on a phone the model is seen at once, slices are pinched, swiped past and 
   assert.ok(seen.top >= 0 && seen.bottom <= PHONE.height, `from ${seen.top} to ${seen.bottom}`);
   await run(page);
   await slice(page, 'z', 2);
-  await page.locator('#canvas-slice').scrollIntoViewIfNeeded();
+  await page.locator('#canvas-z').scrollIntoViewIfNeeded();
   const touch = (type, id, x, y) =>
-    page.dispatchEvent('#canvas-slice', type, {
+    page.dispatchEvent('#canvas-z', type, {
       pointerId: id,
       pointerType: 'touch',
       clientX: x,
@@ -221,20 +221,20 @@ test('on a phone the model is seen at once, slices are pinched, swiped past and 
       bubbles: true,
     });
   // pointers that are dispatched cannot be captured
-  await page.$eval('#canvas-slice', (canvas) => (canvas.setPointerCapture = () => {}));
-  const { left, top, width, height } = await box(page, '#canvas-slice');
+  await page.$eval('#canvas-z', (canvas) => (canvas.setPointerCapture = () => {}));
+  const { left, top, width, height } = await box(page, '#canvas-z');
   const [x, y] = [left + width / 2, top + height / 2];
   await touch('pointerdown', 1, x - 60, y + 20);
   await touch('pointerup', 1, x - 60, y + 20);
-  assert.match(await page.textContent('#slice-cell'), /^cell \d+, \d+, 2 at .*: flag 1, copper$/);
-  assert.equal(await page.$eval('#canvas-slice', (canvas) => getComputedStyle(canvas).touchAction), 'pan-y');
+  assert.match(await page.textContent('#readout'), /^cell \d+, \d+, 2 at .*: flag 1, copper$/);
+  assert.equal(await page.$eval('#canvas-z', (canvas) => getComputedStyle(canvas).touchAction), 'pan-y');
   await touch('pointerdown', 1, x - 20, y);
   await touch('pointerdown', 2, x + 20, y);
   await touch('pointermove', 2, x + 60, y);
   await touch('pointerup', 1, x - 20, y);
   await touch('pointerup', 2, x + 60, y);
-  await expect.poll(async () => Number(await page.getAttribute('#canvas-slice', 'data-zoom'))).toBeGreaterThan(1.5);
-  assert.equal(await page.$eval('#canvas-slice', (canvas) => getComputedStyle(canvas).touchAction), 'none');
+  await expect.poll(async () => Number(await page.getAttribute('#canvas-z', 'data-zoom'))).toBeGreaterThan(1.5);
+  assert.equal(await page.$eval('#canvas-z', (canvas) => getComputedStyle(canvas).touchAction), 'none');
 });
 
 test('in forced colours the swatches of flags keep their colours', async ({ visit }) => {

@@ -1,7 +1,9 @@
 // What people do on the page, for the tests: open it, take a sample, make the mesh, look at slices, save files.
 
 import assert from 'node:assert/strict';
-import { readFileSync } from 'node:fs';
+import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import path from 'node:path';
 
 import { test as base } from '@playwright/test';
 
@@ -24,6 +26,7 @@ const DRIVER_REMARK = /GL Driver Message \(OpenGL, Performance/;
  *   anything until the test ends, the test fails;
  * - `isolatedSite`: where it is with the headers that let its workers share memory;
  * - `siteWithWorker(code)`: where a page is whose worker runs this code, too;
+ * - `folder`: an empty folder, which goes with the test;
  * - `firefox`: a Puppeteer browser.
  */
 export const test = base.extend({
@@ -73,6 +76,13 @@ export const test = base.extend({
     const complaints = visits.flatMap(({ complaints }) => complaints.filter((complaint) => !DRIVER_REMARK.test(complaint)));
     for (const { context } of visits) await context.close();
     assert.deepEqual(complaints, []);
+  },
+
+  // biome-ignore lint/correctness/noEmptyPattern: as above
+  folder: async ({}, use) => {
+    const folder = mkdtempSync(path.join(tmpdir(), 'hexcast-'));
+    await use(folder);
+    rmSync(folder, { recursive: true });
   },
 
   // biome-ignore lint/correctness/noEmptyPattern: as above
@@ -136,15 +146,10 @@ export function legend(page) {
 
 /** Shows a slice and reads the colour in the middle of every cell: `[j][i]`, `null` for the background. */
 export async function slice(page, axis, index) {
-  await page.click('#tab-slices');
-  await page.check(`#slice-${axis}`);
-  await page.fill('#slice-number', String(index));
-  const isThere = ([axis, index]) => {
-    const { dataset } = document.querySelector('#canvas-slice');
-    return dataset.axis === axis && dataset.index === String(index);
-  };
-  await page.waitForFunction(isThere, [axis, index]);
-  return page.$eval('#canvas-slice', (canvas) => {
+  await page.check(`#panes-${axis}`);
+  await page.fill(`#plane-${axis}`, String(index));
+  await page.waitForSelector(`#canvas-${axis}[data-index="${index}"]`);
+  return page.$eval(`#canvas-${axis}`, (canvas) => {
     const [left, top, dx, dy, width, height] = ['left', 'top', 'scaleX', 'scaleY', 'width', 'height'].map((key) =>
       Number(canvas.dataset[key]),
     );

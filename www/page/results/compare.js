@@ -5,9 +5,9 @@ import { count } from '../text/format.js';
 import { showError } from '../elements/messages.js';
 import { centreOf, placeText } from '../text/places.js';
 import { baseName } from '../settings/share.js';
-import { showCell } from '../view/slices.js';
+import { moveTo } from '../view/crosshair.js';
+import { isShown, showPanes } from '../view/panes.js';
 import { change, on, state } from '../state/state.js';
-import { select } from '../elements/tabs.js';
 import { task } from '../elements/tasks.js';
 import { lookAt } from '../view/view3d.js';
 
@@ -92,9 +92,9 @@ function row({ one, other, cells, first, bounds }, mesh, { flags }) {
   const [low, high] = bounds.map((corner) => corner.join(', '));
   const place = centreOf(mesh.lines, first);
   const fly = () => {
-    select('slices');
+    if (!(/** @type {const} */ (['x', 'y', 'z']).some(isShown))) showPanes('z');
     lookAt(place);
-    showCell(first);
+    moveTo(first, { isPicked: true });
   };
   const name = `Show the first cell of ${here} that is ${there} in the file, at ${placeText(place, mesh.lines)}`;
   const button = make('button', { type: 'button', className: 'small', 'aria-label': name, on: { click: fly } }, 'Show');

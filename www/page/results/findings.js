@@ -2,8 +2,8 @@
 import { buttonOf, byId, make } from '../elements/dom.js';
 import { findingsOf } from './finding_texts.js';
 import { change, on, state } from '../state/state.js';
-import { showPlace } from '../view/slices.js';
-import { select } from '../elements/tabs.js';
+import { showPlace } from '../view/crosshair.js';
+import { isShown, showPanes } from '../view/panes.js';
 import { lookAt } from '../view/view3d.js';
 
 /** Connects the list. */
@@ -66,7 +66,7 @@ function line({ kind, subject, text, place, remedies }, index) {
 
 /** @param {number} index */
 function showIn3d(index) {
-  select('3d');
+  if (!isShown('3d')) showPanes('3d');
   fly(index);
 }
 
@@ -84,7 +84,7 @@ export function showFinding(kind) {
   fly(state.findings.findIndex((finding) => finding.kind === kind));
 }
 
-/** Moves both views to a finding, marks it and says it. @param {number} index */
+/** Moves all panes to a finding, marks it and says it. @param {number} index */
 function fly(index) {
   const { place, text } = state.findings[index] ?? {};
   if (!place) return;

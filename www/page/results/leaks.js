@@ -4,9 +4,10 @@ import { showFinding } from './findings.js';
 import { count, measure, numbersOf } from '../text/format.js';
 import { showError } from '../elements/messages.js';
 import { centreOf, placeText } from '../text/places.js';
-import { pickNext } from '../view/slice_cursor.js';
+import { isShown, showPanes } from '../view/panes.js';
+import { pickNext } from '../view/pick.js';
+import { jobOfMesh } from '../state/job.js';
 import { change, on, state } from '../state/state.js';
-import { select } from '../elements/tabs.js';
 
 /** @typedef {import('hexcast').Leak} Leak @typedef {import('../state/state.js').Triple} Triple */
 
@@ -24,20 +25,19 @@ export function startLeaks() {
   on('mesh', () => byId('leak-answer').replaceChildren());
 }
 
-/** Lets a cell of the slices be picked as an end. @param {'from' | 'to'} end */
+/** Lets a cell be picked as an end. @param {'from' | 'to'} end */
 function pick(end) {
-  select('slices');
-  byId('canvas-slice').focus();
-  byId('slice-note').textContent =
-    `Pick the cell where paths ${end === 'from' ? 'begin' : 'end'}: click it, or move there with Shift and arrow keys and press Enter`;
+  const axis = /** @type {const} */ (['z', 'y', 'x']).find(isShown) ?? 'z';
+  if (!isShown(axis)) showPanes(axis);
+  byId(`canvas-${axis}`).focus();
+  const what = `Pick the cell where paths ${end === 'from' ? 'begin' : 'end'}: click it, or move there with Shift and arrow keys and press Enter`;
   pickNext((cell) => {
-    byId('slice-note').textContent = '';
     const { mesh } = state;
     if (!mesh) return;
     inputOf(`leak-${end}`).value = placeText(centreOf(mesh.lines, cell), mesh.lines);
     isRight(`leak-${end}`);
     buttonOf(`leak-pick-${end}`).focus();
-  });
+  }, what);
 }
 
 /** Whether a field holds what it must; it says what else. @param {string} id */
@@ -56,7 +56,7 @@ async function find() {
   if (!mesh || isWrong) return isWrong && inputOf(isWrong).reportValidity();
   const [from, to] = ENDS.map((end) => /** @type {Triple} */ (numbersOf(inputOf(`leak-${end}`).value)));
   const flags = numbersOf(inputOf('leak-flags').value) ?? [];
-  const job = surfaces();
+  const job = jobOfMesh();
   const answer = byId('leak-answer');
   answer.replaceChildren('Looking …');
   buttonOf('leak-find').disabled = true;
@@ -73,13 +73,6 @@ async function find() {
     buttonOf('leak-find').disabled = false;
   }
   return undefined;
-}
-
-/** The job of the mesh while all its surfaces are on the page; facets are named in them. */
-function surfaces() {
-  const job = /** @type {import('hexcast').Job | null} */ (state.job);
-  const isHere = (/** @type {{ source?: unknown }} */ { source }) => state.geometries.some(({ surface }) => surface === source);
-  return job?.geometries.every(isHere) ? job : null;
 }
 
 /** @param {Leak} leak */

@@ -1,16 +1,16 @@
 /**
- * What a link has of how the mesh is looked at: the camera, the cut, the plane, hidden flags. Each part of the view says what it has, and takes
+ * What a link has of how the mesh is looked at: the camera, the cut, the crosshair, the panes, hidden flags. Each part of the view says what it has, and takes
  * what a link has for it once there is a mesh.
  */
 
-/** Keys of a link. @typedef {'camera' | 'cut' | 'slice' | 'tab' | 'hidden'} Look */
+/** Keys of a link. @typedef {'camera' | 'cut' | 'at' | 'panes' | 'stretch' | 'hidden'} Look */
 
 /** @type {Map<Look, () => string>} */
 const texts = new Map();
 /** What a link has, until its part of the view takes it. @type {Map<Look, string>} */
 const waiting = new Map();
 /** @type {readonly Look[]} */
-const LOOKS = ['camera', 'cut', 'slice', 'tab', 'hidden'];
+const LOOKS = ['camera', 'cut', 'at', 'panes', 'stretch', 'hidden'];
 
 /** Lets a part of the view say what a link has of it: an empty text where it is as it comes. @param {Look} look @param {() => string} text */
 export function offerLook(look, text) {

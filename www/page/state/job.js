@@ -143,3 +143,10 @@ export function keyWithoutFacts({ unit: _, background: _background, geometries, 
 function hasPadding(padding) {
   return [padding].flat().some((number) => number !== 0);
 }
+
+/** The job of the mesh while all its surfaces are on the page; facets are named in them. */
+export function jobOfMesh() {
+  const job = /** @type {Job | null} */ (state.job);
+  const isHere = (/** @type {{ source?: unknown }} */ { source }) => state.geometries.some(({ surface }) => surface === source);
+  return state.mesh && job?.geometries.every(isHere) ? job : null;
+}

@@ -118,7 +118,7 @@
  *
  * @typedef {{ job: ReturnType<typeof import('./job.js').currentJob>, result?: import('hexcast').Estimate, error?: import('hexcast').HexcastError, freeBytes: number }} Estimated
  * @typedef {{ geometries: { file?: string, name?: string, source?: Surface }[] }} ShownJob as much of a job as is shown
- * @typedef {'mesher' | 'geometries' | 'patches' | 'settings' | 'fields' | 'estimate' | 'phase' | 'live' | 'mesh' | 'leak' | 'difference' | 'findings' | 'colours' | 'legend' | 'look'} Topic
+ * @typedef {'mesher' | 'geometries' | 'patches' | 'settings' | 'fields' | 'estimate' | 'phase' | 'live' | 'mesh' | 'leak' | 'difference' | 'findings' | 'colours' | 'legend' | 'look' | 'panes' | 'crosshair' | 'stretch' | 'measure'} Topic
  */
 
 /** Settings that ask for what is measured: switches of the page, of which a link has those that are on. */

@@ -31,9 +31,15 @@ function short3(number) {
   return String(Number(number.toPrecision(3)));
 }
 
-/** A cell, its place and its flag in words. @param {import('hexcast').Mesh} mesh @param {number[]} cell @param {number} flag */
-export function cellText({ lines, report: { flags, unit } }, cell, flag) {
+/** A flag with its name, such as `1 copper`. @param {import('hexcast').Report} report @param {number} flag not 0 */
+export function nameOf({ flags }, flag) {
   const name = flags.find((entry) => entry.flag === flag)?.name;
+  return name ? `${flag} ${name}` : String(flag);
+}
+
+/** A cell, its place and its flag in words. @param {import('hexcast').Mesh} mesh @param {number[]} cell @param {number} flag */
+export function cellText({ lines, report }, cell, flag) {
+  const { unit } = report;
   const place = `${placeText(centreOf(lines, cell), lines)}${unit ? ` ${unit}` : ''}`;
-  return `cell ${cell.join(', ')} at ${place}: ${flag === 0 ? 'background' : `flag ${flag}${name ? `, ${name}` : ''}`}`;
+  return `cell ${cell.join(', ')} at ${place}: ${flag === 0 ? 'background' : `flag ${nameOf(report, flag).replace(' ', ', ')}`}`;
 }

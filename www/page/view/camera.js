@@ -4,7 +4,8 @@ import { cross, dot, minus, plus, times, unit } from './vectors.js';
 /**
  * @typedef {[number, number, number]} Vector
  * @typedef {object} Sight what the drawing needs of a camera
- * @property {number[]} centre in world lengths; the other places are relative to it, as world lengths may be far from zero
+ * @property {number[]} stretch times that each axis is drawn longer than it is: what follows is in lengths as they are drawn
+ * @property {number[]} centre of what was fitted; the other places are relative to it, as world lengths may be far from zero
  * @property {number[]} eye
  * @property {number[]} target
  * @property {number} tangent of half the angle of the view's height
@@ -28,6 +29,7 @@ export function directionsOf({ eye, target }) {
 }
 
 export class Camera {
+  stretch = [1, 1, 1];
   centre = [0, 0, 0];
   target = [0, 0, 0];
   /** From the target to the eye. */
@@ -46,24 +48,30 @@ export class Camera {
     else this.offset = times(this.offset, before / Math.min(1, aspect));
   }
 
+  /** Where a place in world lengths is drawn. @param {number[]} place */
+  drawn(place) {
+    return place.map((at, axis) => at * this.stretch[axis]);
+  }
+
   /** Puts the camera somewhere. @param {number[]} target @param {number[]} offset of the eye */
   put(target, offset) {
     this.#fitted = null;
     [this.target, this.offset] = [target, offset];
   }
 
-  /** Target in world lengths, and offset, where somebody moved the camera: six numbers; null where it is fitted to a box. */
+  /** Target and offset, where somebody moved the camera: six numbers; null where it is fitted to a box. */
   place() {
     return this.#fitted ? null : [...plus(this.centre, this.target), ...this.offset];
   }
 
   /** @returns {Sight} */
   sight() {
-    const { centre, target, offset } = this;
+    const { stretch, centre, target, offset } = this;
     const distance = Math.hypot(...offset);
     // what was fitted, and what lies around it
     const reach = distance + 4 * this.radius + Math.hypot(...target);
     return {
+      stretch,
       centre,
       target,
       eye: plus(target, offset),
@@ -81,7 +89,7 @@ export class Camera {
    */
   fit(corners, direction) {
     this.#fitted = corners;
-    const [low, high] = [corners.slice(0, 3), corners.slice(3)];
+    const [low, high] = [this.drawn(corners.slice(0, 3)), this.drawn(corners.slice(3))];
     this.centre = times(plus(low, high), 0.5);
     this.target = [0, 0, 0];
     const half = times(minus(high, low), 0.5);

@@ -6,13 +6,14 @@
  * @property {(factor: number, place: [number, number]) => void} zoom towards a place of the view from -1 to 1 each way
  * @property {(x: number, y: number) => void} pan by shares of half the view
  * @property {(x: number, y: number) => void} pick in CSS pixels
+ * @property {(x: number, y: number) => void} hover in CSS pixels, where no button is pressed
  */
 
 /** CSS pixels that a pointer may move in a click. */
 const CLICK = 5;
 
 /** Connects the pointers and the wheel. @param {HTMLCanvasElement} canvas @param {Moves} moves */
-export function startOrbit(canvas, { turn, zoom, pan, pick }) {
+export function startOrbit(canvas, { turn, zoom, pan, pick, hover }) {
   /** Pointers that are down, where they are, and whether they move the view instead of turning it. @type {Map<number, { x: number, y: number, isPan: boolean }>} */
   const down = new Map();
   let moved = 0;
@@ -41,7 +42,7 @@ export function startOrbit(canvas, { turn, zoom, pan, pick }) {
   });
   canvas.addEventListener('pointermove', (event) => {
     const pointer = down.get(event.pointerId);
-    if (!pointer) return;
+    if (!pointer) return down.size === 0 && event.pointerType !== 'touch' ? hover(event.offsetX, event.offsetY) : undefined;
     const [dx, dy] = [event.offsetX - pointer.x, event.offsetY - pointer.y];
     moved += Math.abs(dx) + Math.abs(dy);
     const other = [...down.values()].find((one) => one !== pointer);
@@ -56,6 +57,7 @@ export function startOrbit(canvas, { turn, zoom, pan, pick }) {
     else turn((-2 * Math.PI * dx) / canvas.clientHeight, (2 * Math.PI * dy) / canvas.clientHeight);
     pointer.x = event.offsetX;
     pointer.y = event.offsetY;
+    return undefined;
   });
   const lift = (/** @type {PointerEvent} */ event) => {
     const pointer = down.get(event.pointerId);

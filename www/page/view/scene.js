@@ -15,6 +15,8 @@ import { minus, plus, times, unit } from './vectors.js';
  * @typedef {Placing & { corners: Float32Array, colour: string }} Model
  * @typedef {{ n: number, isWhole: boolean, cells: number, step: number }} Drawn a picture: its number, whether it is whole, of the cells of which
  *   mesh it is, and how many cells of that along an edge are the smallest that can be drawn
+ * @typedef {{ failed: (message?: string) => void, drawn: (picture: Drawn) => void, looked: (sight: import('./camera.js').Sight) => void,
+ *   pick: (x: number, y: number) => void, hover: (x: number, y: number) => void }} Listener
  * @typedef {{ cell: number[], flag: number, axis: number, step: number }} Picked a cell, and the axis of its face; `step` cells along an edge
  */
 
@@ -44,13 +46,16 @@ export class Scene {
   #n_told = 0;
   /** @type {HTMLCanvasElement} */
   #canvas;
+  /** @type {Listener['looked']} */
+  #looked;
 
   /**
    * @param {HTMLCanvasElement} canvas
-   * @param {{ failed: (message?: string) => void, drawn: (picture: Drawn) => void, pick: (x: number, y: number) => void }} listener
+   * @param {Listener} listener
    */
-  constructor(canvas, { failed, drawn, pick }) {
+  constructor(canvas, { failed, drawn, looked, pick, hover }) {
     this.#canvas = canvas;
+    this.#looked = looked;
     this.#frame = /** @type {HTMLElement} */ (canvas.parentElement);
     const offscreen = canvas.transferControlToOffscreen();
     this.#worker = new Worker(new URL('./cast/draw_worker.js', import.meta.url), { type: 'module', name: 'picture' });
@@ -68,6 +73,7 @@ export class Scene {
       zoom: (factor, place) => this.#moved(() => this.#camera.zoom(factor, place)),
       pan: (x, y) => this.#moved(() => this.#camera.pan(x, y)),
       pick,
+      hover,
     });
     new ResizeObserver(() => this.#resize()).observe(this.#frame);
     this.#resize();
@@ -105,7 +111,9 @@ export class Scene {
   }
 
   #look() {
-    this.#tell('shown', { shown: { sight: this.#camera.sight() } });
+    const sight = this.#camera.sight();
+    this.#tell('shown', { shown: { sight } });
+    this.#looked(sight);
   }
 
   /** @param {() => void} move */
@@ -142,6 +150,12 @@ export class Scene {
   /** Shows either the models or the cells. @param {'model' | 'cells'} what */
   show(what) {
     this.#tell('shown', { shown: { what } });
+  }
+
+  /** Draws each axis so many times longer than it is. @param {number[]} stretch */
+  setStretch(stretch) {
+    this.#camera.stretch = [...stretch];
+    this.invalidate();
   }
 
   /** Draws the edges of a box of six numbers, or none. @param {number[] | null} box */
@@ -199,7 +213,7 @@ export class Scene {
 
   /** Flies near a place, outside of what is shown. @param {number[]} place @returns {Promise<boolean>} whether it came there */
   lookAt(place) {
-    const target = minus(place, this.#camera.centre);
+    const target = minus(this.#camera.drawn(place), this.#camera.centre);
     // outwards, and a little from where models are seen at first: a place in the middle has no outside
     const outwards = plus([0.22, -0.32, 0.18], unit(target));
     return this.#fly(target, times(unit(outwards), 2 * this.#camera.radius));
@@ -238,6 +252,11 @@ export class Scene {
   /** Marks places, of which one is shown, and draws a path. @param {(number[] | null)[]} places @param {number} current @param {number[][]} path */
   mark(places, current, path) {
     this.#tell('overlay', { overlay: { places, current, path } });
+  }
+
+  /** Draws lines across the box through a place, and a line between two places. @param {number[] | null} cross @param {number[][]} measured */
+  point(cross, measured) {
+    this.#tell('overlay', { overlay: { cross, measured } });
   }
 
   /** Turns by angles around z and up (radians), and moves nearer by a factor. @param {number} around @param {number} up */

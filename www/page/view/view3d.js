@@ -1,26 +1,28 @@
 /** The 3-D view: opens the scene when there is first something to draw, and connects the tools above the picture. */
-import { buttonOf, byId, canvasOf, inputOf, selectOf } from '../elements/dom.js';
-import { count, short } from '../text/format.js';
-import { cellText } from '../text/cell_facts.js';
+import { buttonOf, byId, inputOf } from '../elements/dom.js';
+import { count } from '../text/format.js';
 import { save } from '../downloads/downloads.js';
 import { clearMessages, showError, showNotice } from '../elements/messages.js';
 import { domainOf } from '../settings/settings.js';
 import { lookOf, offerLook, takeNumbers } from '../settings/looks.js';
 import { baseName } from '../settings/share.js';
 import { change, colourOf, on, placeKey, state } from '../state/state.js';
-import { cellAt, placeAt } from '../text/places.js';
 import { isLive } from '../run/live_rule.js';
 import { flagColours } from './flag_pixels.js';
+import { Gauges } from './gauges.js';
 import { withLegend } from './picture_legend.js';
-import { Scene } from './scene.js';
+import { startPointing } from './scene_pointing.js';
+import { held, listenToScene, withScene } from './scene_holder.js';
+import { keepCut, startSection, uncut } from './section.js';
+import { stretch } from './stretch.js';
+
+/** @typedef {import('./scene.js').Scene} Scene */
 
 /** Columns of a mesh that are drawn at most: the browser holds four bytes of each, twice. */
 const MOST_COLUMNS = 2 ** 26;
 /** Milliseconds. */
 const MOST_WAIT = 1000;
 
-/** The scene, once there is something to draw. @type {Scene | null} */
-let opened = null;
 /** @type {'model' | 'cells'} */
 let shown = 'model';
 let modelsLook = '[]';
@@ -29,21 +31,20 @@ let modelsDrawn = '';
 let drawn = null;
 /** Words for when the cells of the last mesh are on the canvas. */
 let said = '';
-/** Whether the view could not be opened. */
-let hasFailed = false;
 /** Who waits for the cells of the last mesh. @type {(() => void)[]} */
 const waiting = [];
 /** Whether models came or went while cells are shown: the camera follows with the next mesh. */
 let isToFit = false;
 /** Where the camera was in the last picture. */
 let lastPlace = '';
-/** Where the section is, in world lengths, so that it stays there. @type {number | null} */
-let cutAt = null;
-/** The side that the section removes: the one of the camera when its axis was chosen. */
-let side = 1;
 
 /** Connects the view. */
 export function startView3d() {
+  const stage = /** @type {HTMLElement} */ (byId('canvas-3d').parentElement);
+  const gauges = new Gauges(stage);
+  const pointing = startPointing(() => shown === 'cells' && drawn === state.mesh, fit);
+  listenToScene({ failed, drawn: isDrawn, looked: (sight) => gauges.showSight(sight, stage.clientHeight), ...pointing });
+  startSection();
   on(['geometries', 'mesh'], showTools);
   showTools();
   on('geometries', () => showModels());
@@ -57,11 +58,11 @@ export function startView3d() {
     byId(`show-${what}`).addEventListener('change', () => choose(what));
   byId('fit').addEventListener('click', () => fit());
   byId('save-3d').addEventListener('click', () => withScene(savePicture));
-  byId('section-axis').addEventListener('change', () => cut(true));
-  byId('section-at').addEventListener('input', () => cut());
-  byId('canvas-3d').addEventListener('keydown', turnByKey);
-  offerLook('camera', () => lookOf((state.mesh && opened?.place()) || []));
-  offerLook('cut', () => (cutAt === null ? '' : lookOf([Number(selectOf('section-axis').value), side, cutAt])));
+  on('stretch', () => {
+    withScene((scene) => scene.setStretch(stretch));
+    fit(true);
+  });
+  offerLook('camera', () => lookOf((state.mesh && held.scene?.place()) || []));
 }
 
 /** Draws the edges of the box that is to be meshed: that of the mesh, where the next comes by itself, so that it is not drawn for a moment. */
@@ -71,26 +72,8 @@ function showBox() {
   withScene((scene) => scene.setBox(geometries.length > 0 && of ? domainOf(of) : null));
 }
 
-/**
- * Calls an action with the scene once there is anything to show.
- *
- * @param {(scene: Scene) => unknown} action
- */
-function withScene(action) {
-  if (hasFailed || (!opened && state.geometries.length === 0 && !state.mesh)) return;
-  try {
-    opened ??= new Scene(canvasOf('canvas-3d'), { failed, drawn: isDrawn, pick });
-    action(opened);
-  } catch (error) {
-    failed('transferControlToOffscreen' in HTMLCanvasElement.prototype ? String(error) : undefined);
-  }
-}
-
-/** Says that there is no 3-D view. @param {string} [message] where it is not for want of WebGL */
-function failed(message) {
-  if (message) console.error(message);
-  if (hasFailed) return;
-  hasFailed = true;
+/** Says that there is no 3-D view. */
+function failed() {
   settle();
   byId('no-3d').hidden = false;
   byId('view-status').textContent = '';
@@ -100,14 +83,14 @@ function failed(message) {
 /** A picture is on the canvas. @param {import('./scene.js').Drawn} picture */
 function isDrawn({ n, isWhole, cells, step }) {
   // for tests
-  const sight = JSON.stringify(opened?.sight());
+  const sight = JSON.stringify(held.scene?.sight());
   Object.assign(byId('canvas-3d').dataset, { pictures: n, whole: isWhole, meshes: cells, sight });
-  const place = String(opened?.place());
+  const place = String(held.scene?.place());
   if (isWhole && place !== lastPlace) {
     lastPlace = place;
     change('look');
   }
-  if (!said || cells !== opened?.n_meshes) return;
+  if (!said || cells !== held.scene?.n_meshes) return;
   byId('view-status').textContent = said;
   said = '';
   settle();
@@ -123,25 +106,16 @@ function settle() {
 
 /** Resolves once the cells of the last mesh are on the canvas, or cannot come there; after a second in any case, as a page that is not seen draws nothing. */
 export function cellsAreDrawn() {
-  if (hasFailed || !state.mesh || (drawn === state.mesh && !said)) return Promise.resolve();
+  if (held.hasFailed || !state.mesh || (drawn === state.mesh && !said)) return Promise.resolve();
   return new Promise((resolve) => {
     waiting.push(() => resolve(undefined));
     setTimeout(resolve, MOST_WAIT);
   });
 }
 
-/** Names the cell at a place of the canvas. @param {number} x @param {number} y */
-function pick(x, y) {
-  const { mesh } = state;
-  withScene(async (scene) => {
-    const picked = shown === 'cells' && drawn === mesh ? await scene.pick(x, y) : null;
-    byId('cell-3d').textContent = mesh && picked ? cellText(mesh, picked.cell, picked.flag) : '';
-  });
-}
-
 /** The runs of a mesh for {@link Scene#setCells}; null where there are too many rays, or no view. @param {import('hexcast').Mesh} mesh */
 export function runsOf(mesh) {
-  return hasFailed || mesh.report.rays > MOST_COLUMNS ? null : mesh.columns.all();
+  return held.hasFailed || mesh.report.rays > MOST_COLUMNS ? null : mesh.columns.all();
 }
 
 /** Marks what was found. */
@@ -153,7 +127,7 @@ function mark() {
 
 /** Disables the tools while there is nothing to show. */
 function showTools() {
-  const isEmpty = hasFailed || (state.geometries.length === 0 && !state.mesh);
+  const isEmpty = held.hasFailed || (state.geometries.length === 0 && !state.mesh);
   byId('canvas-3d').tabIndex = isEmpty ? -1 : 0;
   for (const id of ['fit', 'save-3d']) buttonOf(id).disabled = isEmpty;
   inputOf('show-model').disabled = isEmpty || state.geometries.length === 0;
@@ -204,9 +178,8 @@ function choose(what) {
   shown = state.mesh && (what === 'cells' || !hasModels) ? 'cells' : 'model';
   showTools();
   inputOf(`show-${shown}`).checked = true;
-  byId('section').hidden = shown !== 'cells' || hasFailed;
+  byId('section').hidden = shown !== 'cells' || held.hasFailed;
   withScene((scene) => {
-    byId('cell-3d').textContent = '';
     scene.show(shown);
     byId('canvas-3d').setAttribute(
       'aria-label',
@@ -221,7 +194,7 @@ async function showMesh() {
     mark();
     return clearMessages('mesh');
   }
-  if (hasFailed) return undefined;
+  if (held.hasFailed) return undefined;
   byId('view-status').textContent = 'Drawing …';
   const runs = await (promised ?? runsOf(mesh))?.catch((error) => error);
   if (mesh !== state.mesh) return undefined;
@@ -237,7 +210,6 @@ async function showMesh() {
     drawn = mesh;
     scene.setColours(flagColours(state.hidden));
     scene.setCells(mesh, runs);
-    takeCut();
     keepCut(mesh);
     scene.setBox(domainOf(mesh.report));
     mark();
@@ -269,8 +241,7 @@ function fit(keepsDirection = false) {
  * @param {number[]} place in world lengths
  */
 export function lookAt(place) {
-  selectOf('section-axis').value = '';
-  cut();
+  uncut();
   if (state.geometries.some(({ corners }) => corners)) choose('model');
   mark();
   withScene(async (scene) => {
@@ -290,74 +261,4 @@ function scrollToView() {
 async function savePicture(scene) {
   const picture = await scene.picture();
   if (picture) save(await withLegend(picture, shown === 'cells' ? drawn : null), `${baseName(state.job)}-3d.png`);
-}
-
-/** The section of a link. */
-function takeCut() {
-  const [axis, towards, at] = takeNumbers('cut', 3) ?? [];
-  if (![0, 1, 2].includes(axis)) return;
-  selectOf('section-axis').value = String(axis);
-  side = towards < 0 ? -1 : 1;
-  cutAt = at;
-}
-
-/** The section stays at its place in another mesh. @param {import('hexcast').Mesh} mesh */
-function keepCut({ lines, dims }) {
-  const axis = Number(selectOf('section-axis').value);
-  if (selectOf('section-axis').value !== '' && cutAt !== null) {
-    const slider = inputOf('section-at');
-    slider.max = String(dims[axis] - 1);
-    slider.value = String(cellAt(lines, [cutAt, cutAt, cutAt])[axis]);
-  }
-  cut(false, cutAt);
-}
-
-/**
- * Puts the section where its tools say; `isNew` starts in the middle.
- *
- * @param {boolean} [isNew]
- * @param {number | null} [kept] where it stays, within a cell: meshes in a row would move it, if each took the middle of one
- */
-function cut(isNew = false, kept = null) {
-  const { mesh } = state;
-  const choice = selectOf('section-axis').value;
-  const slider = inputOf('section-at');
-  slider.disabled = choice === '';
-  byId('section-where').textContent = '';
-  cutAt = null;
-  change('look');
-  if (!mesh || choice === '') return withScene((scene) => scene.setSection(null));
-  const axis = /** @type {0 | 1 | 2} */ (Number(choice));
-  slider.max = String(mesh.dims[axis] - 1);
-  if (isNew) slider.value = String(Math.floor(mesh.dims[axis] / 2));
-  const index = Number(slider.value);
-  // through the middle of cells, so that it shows the plane of this number
-  const at = placeAt(mesh.lines, axis, index + 0.5);
-  cutAt = kept ?? at;
-  const where = `${'xyz'[axis]} = ${short(at)}${mesh.report.unit ? ` ${mesh.report.unit}` : ''}`;
-  slider.setAttribute('aria-valuetext', `cell ${index} of ${mesh.dims[axis]}, ${where}`);
-  byId('section-where').textContent = where;
-  return withScene((scene) => {
-    if (isNew) side = scene.sideOf(axis);
-    scene.setSection({ axis, side, at });
-  });
-}
-
-/** @param {KeyboardEvent} event */
-function turnByKey(event) {
-  const step = event.shiftKey ? 0.02 : 0.1;
-  /** @type {Record<string, [number, number, number?]>} */
-  const turns = {
-    ArrowLeft: [-step, 0],
-    ArrowRight: [step, 0],
-    ArrowUp: [0, step],
-    ArrowDown: [0, -step],
-    '+': [0, 0, 1.15],
-    '=': [0, 0, 1.15],
-    '-': [0, 0, 1 / 1.15],
-  };
-  if (event.key === 'Home') fit();
-  else if (turns[event.key] && !event.ctrlKey && !event.metaKey) withScene((scene) => scene.turn(...turns[event.key]));
-  else return;
-  event.preventDefault();
 }

@@ -181,7 +181,8 @@ export class Cells {
       : origin.map((at, axis) => at + dims[axis] * sizes[axis]);
     const depth = depthOf(view.sight, origin, ends);
     const pixel = (2 * view.sight.tangent * depth) / view.height;
-    return Math.max(0, Math.floor(Math.log2((PIXELS * pixel) / Math.max(...sizes)) || 0));
+    const most = Math.max(...sizes.map((size, axis) => size * view.sight.stretch[axis]));
+    return Math.max(0, Math.floor(Math.log2((PIXELS * pixel) / most) || 0));
   }
 
   /** Draws the cells. @param {View} view @param {Cut | null} cut @param {boolean} isFine */
@@ -247,11 +248,14 @@ function pickTarget(gl) {
 /** The numbers of the kernel's `Frame`. @param {View} view @param {Cut | null} cut @param {Grid} grid @param {number[]} axes @param {Level} level @param {number} number */
 function frameOf(view, cut, grid, axes, level, number) {
   const { sight, directions, width, height, jitter, light } = view;
+  const { stretch } = sight;
   const { origin, spacing, dims, lists } = grid;
   const of = (/** @type {ArrayLike<number>} */ numbers) => axes.map((axis) => numbers[axis]);
   // lengths of the box in one of the world
   const share = of(spacing ? spacing.map((size) => 1 / size / 2 ** number) : [1, 1, 1]);
-  const scaled = (/** @type {number[]} */ way, by = 1) => of(way).map((at, axis) => at * share[axis] * by);
+  // a way as it is drawn leads a shorter one in the world along what is stretched
+  const scaled = (/** @type {number[]} */ way, by = 1) =>
+    of(way.map((at, axis) => at / stretch[axis])).map((at, axis) => at * share[axis] * by);
   const within = (/** @type {number} */ axis, /** @type {number} */ at) => (at - origin[axis]) * share[axes.indexOf(axis)];
   const high = axes.map((axis) =>
     lists ? [lists.x, lists.y, lists.z][axis][dims[axis]] - origin[axis] : dims[axis] / 2 ** number,
@@ -263,7 +267,7 @@ function frameOf(view, cut, grid, axes, level, number) {
     face = cut.side > 0 ? at + 3 : at;
     (cut.side > 0 ? high : low)[at] = within(cut.axis, cut.at);
   }
-  const eye = sight.eye.map((at, axis) => at + (sight.centre[axis] - origin[axis]));
+  const eye = sight.eye.map((at, axis) => at + (sight.centre[axis] - origin[axis] * stretch[axis]));
   const { near, far, tangent } = sight;
   return {
     eye: scaled(eye),

@@ -52,7 +52,7 @@ const shown = {
   what: 'model',
   cut: null,
   ratio: 1,
-  sight: { centre: [0, 0, 0], eye: [1, 1, 1], target: [0, 0, 0], tangent: 0.3, near: 0.1, far: 10 },
+  sight: { stretch: [1, 1, 1], centre: [0, 0, 0], eye: [1, 1, 1], target: [0, 0, 0], tangent: 0.3, near: 0.1, far: 10 },
 };
 let scale = 0.5;
 /** Milliseconds of the last picture that was drawn whole at its scale. */

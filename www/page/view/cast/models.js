@@ -78,15 +78,17 @@ export class Models {
     gl.enable(gl.DEPTH_TEST);
     const at = (/** @type {string} */ name) => gl.getUniformLocation(this.#program, name);
     gl.uniform3fv(at('lamp'), view.light.lamp);
-    const { centre } = view.sight;
+    const { centre, stretch } = view.sight;
     const side = cut ? [0, 1, 2].map((axis) => (axis === cut.axis ? cut.side : 0)) : [0, 0, 0];
-    gl.uniform4f(at('cut'), side[0], side[1], side[2], cut ? cut.side * (cut.at - centre[cut.axis]) : 1);
+    gl.uniform4f(at('cut'), side[0], side[1], side[2], cut ? cut.side * (cut.at * stretch[cut.axis] - centre[cut.axis]) : 1);
     const toView = matrixOf(view);
     for (const { id, colour, matrix } of this.#models) {
       const held = this.#held.get(id);
       if (!held) continue;
       // the centre of the world is that of the view: lengths there may be far from zero
-      const toWorld = matrix.map((number, place) => (place >= 12 && place < 15 ? number - centre[place - 12] : number));
+      const toWorld = matrix.map(
+        (number, place) => (stretch[place % 4] ?? 1) * number - (place >= 12 ? (centre[place - 12] ?? 0) : 0),
+      );
       gl.uniformMatrix4fv(at('toWorld'), false, Float32Array.from(toWorld));
       gl.uniformMatrix4fv(at('toView'), false, Float32Array.from(product(toView, toWorld)));
       gl.uniform3fv(at('colour'), colour);

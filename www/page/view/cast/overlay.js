@@ -1,4 +1,4 @@
-/** Lines and rings over the picture, always as wide on the screen: the box, a path, marks of places. */
+/** Lines and rings over the picture, always as wide on the screen: the box, a path, marks of places, the crosshair, what is measured. */
 import { programOf } from './gl.js';
 import { matrixOf } from './sight.js';
 
@@ -8,15 +8,21 @@ import { matrixOf } from './sight.js';
  * @property {(number[] | null)[]} places marked by rings
  * @property {number} current index of the place that is shown, -1 for none
  * @property {number[][]} path corners of a line
+ * @property {number[] | null} cross a place through which lines lead across the box
+ * @property {number[][]} measured ends of a line: none, one or two
  */
 
 /** Colours of the box, of the mark that is shown and the path, and of other marks, on light and dark and on the colours of flags. */
 const BOX = [0x7a, 0x8a, 0x99];
 const CURRENT = [0xe0, 0x10, 0x3c];
 const OTHER = [0x7d, 0x2f, 0xb8];
+/** And of the crosshair and what is measured. */
+const CROSS = [0x2f, 0x84, 0xc8];
+const MEASURED = [0xb0, 0x40, 0x90];
 /** Radii of the middle of a ring's stroke. */
 const RADIUS = 12.5;
 const OTHER_RADIUS = 10;
+const SMALL_RADIUS = 4;
 /** Half the width of its stroke, and of the white one below. */
 const STROKE = 2.6;
 const UNDER = 4.2;
@@ -73,7 +79,7 @@ export class Overlay {
   #array;
   #buffer;
   /** @type {Drawn} */
-  #drawn = { box: null, places: [], current: -1, path: [] };
+  #drawn = { box: null, places: [], current: -1, path: [], cross: null, measured: [] };
 
   /** @param {import('./gl.js').GL} gl */
   constructor(gl) {
@@ -103,9 +109,9 @@ export class Overlay {
 
   /** Draws the box behind what is before it, and all else over everything. @param {import('./sight.js').View} view @param {number} ratio pixels of a CSS pixel */
   draw(view, ratio) {
-    const { box, places, current, path } = this.#drawn;
-    const { centre } = view.sight;
-    const near = (/** @type {number[]} */ place) => place.map((at, axis) => at - centre[axis]);
+    const { box, places, current, path, cross, measured } = this.#drawn;
+    const { centre, stretch } = view.sight;
+    const near = (/** @type {number[]} */ place) => place.map((at, axis) => at * stretch[axis] - centre[axis]);
     const line = (/** @type {number[][]} */ [from, to], /** @type {number[]} */ colour, /** @type {number} */ width) => [
       ...near(from),
       ...near(to),
@@ -122,8 +128,17 @@ export class Overlay {
       if (!place) return [];
       return at === current ? line([place, place], CURRENT, -RADIUS) : line([place, place], OTHER, -OTHER_RADIUS);
     });
-    this.#draw(view, ratio, edges, true);
-    this.#draw(view, ratio, [...ways, ...rings], false);
+    const dots = (/** @type {number[][]} */ all, /** @type {number[]} */ colour) =>
+      all.flatMap((place) => line([place, place], colour, -SMALL_RADIUS));
+    const lines = cross && box ? linesThrough(cross, box).flatMap((way) => line(way, CROSS, 0.8)) : [];
+    const between = measured.length === 2 ? line(measured, MEASURED, 1.2) : [];
+    this.#draw(view, ratio, [...edges, ...lines], true);
+    this.#draw(
+      view,
+      ratio,
+      [...ways, ...rings, ...between, ...dots(measured, MEASURED), ...dots(cross ? [cross] : [], CROSS)],
+      false,
+    );
   }
 
   /** @param {import('./sight.js').View} view @param {number} ratio @param {number[]} numbers @param {boolean} hasDepth */
@@ -141,6 +156,11 @@ export class Overlay {
     gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, numbers.length / NUMBERS);
     gl.bindVertexArray(null);
   }
+}
+
+/** Lines along the axes through a place of a box. @param {number[]} place @param {number[]} box @returns {number[][][]} */
+function linesThrough(place, box) {
+  return [0, 1, 2].map((axis) => [0, 3].map((end) => place.map((at, other) => (other === axis ? box[axis + end] : at))));
 }
 
 /** The twelve edges of a box. @param {number[]} box @returns {number[][][]} */

@@ -29,7 +29,7 @@ export function viewOf(sight, width, height, jitter = [0, 0]) {
 export function depthOf(sight, low, high) {
   const { ahead } = directionsOf(sight);
   const depths = Array.from({ length: 8 }, (_, corner) => {
-    const at = low.map((_, axis) => ((corner >> axis) & 1 ? high : low)[axis] - sight.centre[axis]);
+    const at = low.map((_, axis) => ((corner >> axis) & 1 ? high : low)[axis] * sight.stretch[axis] - sight.centre[axis]);
     return dot(minus(at, sight.eye), ahead);
   });
   return Math.max(Math.min(...depths), sight.near);

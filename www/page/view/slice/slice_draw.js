@@ -1,52 +1,48 @@
-/** Draws a slice: cells, mesh lines, the marks of findings, the path of a leak, the cursor. */
-import { canvasOf, byId, inputOf } from '../elements/dom.js';
-import { cellAt, centreOf, lengthOf } from '../text/places.js';
-import { state } from '../state/state.js';
+/** Draws a slice: cells, mesh lines, the marks of findings, the path of a leak, what is measured, the crosshair. */
+import { inputOf } from '../../elements/dom.js';
+import { cellAt, centreOf, lengthOf } from '../../text/places.js';
+import { state } from '../../state/state.js';
+import { crosshair } from '../crosshair.js';
+import { areFour } from '../panes.js';
 import { markCells } from './slice_difference.js';
-import { AXES, across, currentPicture, layout, onCanvas, view } from './slice_view.js';
+import { AXES, across, layout, onCanvas } from './slice_layout.js';
 
-/** @typedef {import('./slice_view.js').Picture} Picture @typedef {import('./slice_view.js').Layout} Layout */
+/** @typedef {import('./slice_layout.js').Picture} Picture @typedef {import('./slice_layout.js').Layout} Layout @typedef {import('./slice_layout.js').Pane} Pane */
 
 /** Mesh lines are drawn where a cell has at least so many pixels. */
 const LINE_PIXELS = 4;
 /** CSS pixels. */
 const RING_RADIUS = 9;
 
-/** Draws what the view shows. */
-export function drawSlice() {
-  const canvas = canvasOf('canvas-slice');
+/** Gives the canvas the size of its stage, and draws what the pane shows. @param {Pane} pane @returns {Layout | null} where the cells are, if there are any */
+export function drawSlice(pane) {
+  const { canvas, picture, zoom } = pane;
   const ratio = devicePixelRatio || 1;
   const { clientWidth, clientHeight } = /** @type {HTMLElement} */ (canvas.parentElement);
-  if (clientWidth === 0) return;
+  if (clientWidth === 0) return null;
   canvas.width = Math.round(clientWidth * ratio);
   canvas.height = Math.round(clientHeight * ratio);
-  const picture = currentPicture();
   const context = canvas.getContext('2d');
-  if (!picture || !context) return;
-  const where = drawCells(canvas, context, picture, ratio);
-  drawPath(canvas, context, picture, ratio);
-  const n_marks = drawMarks(canvas, context, picture, ratio);
-  drawCursor(canvas, context, picture, ratio);
+  if (!picture || picture.mesh !== state.mesh || !context) return null;
+  const where = drawCells(pane, context, picture, ratio);
+  drawPath(pane, context, picture, ratio);
+  const n_marks = drawMarks(pane, context, picture, ratio);
+  if (crosshair.isPicked || areFour()) drawCrosshair(pane, context, picture, ratio);
   // where the cells are on the canvas, for tests
   const { slice, axis, index } = picture;
   const { left, top, width, height } = where;
-  Object.assign(canvas.dataset, {
-    axis: AXES[axis],
-    index,
-    left,
-    top,
-    scaleX: width / slice.width,
-    scaleY: height / slice.height,
-  });
-  Object.assign(canvas.dataset, { width: slice.width, height: slice.height, marks: n_marks, zoom: view.zoom });
+  const [scaleX, scaleY] = [width / slice.width, height / slice.height];
+  Object.assign(canvas.dataset, { axis: AXES[axis], index, left, top, scaleX, scaleY });
+  Object.assign(canvas.dataset, { width: slice.width, height: slice.height, marks: n_marks, zoom });
+  return where;
 }
 
-/** @param {HTMLCanvasElement} canvas @param {CanvasRenderingContext2D} context @param {Picture} picture @param {number} ratio */
-function drawCells(canvas, context, picture, ratio) {
+/** @param {Pane} pane @param {CanvasRenderingContext2D} context @param {Picture} picture @param {number} ratio */
+function drawCells(pane, context, picture, ratio) {
   const { slice, bitmap, differs } = picture;
-  const where = layout(canvas, picture);
+  const where = layout(pane, picture);
   const { left, top, width, height } = where;
-  const style = getComputedStyle(canvas);
+  const style = getComputedStyle(pane.canvas);
   context.fillStyle = style.getPropertyValue('--cells-background');
   context.fillRect(left, top, width, height);
   context.imageSmoothingEnabled = false;
@@ -60,11 +56,6 @@ function drawCells(canvas, context, picture, ratio) {
   context.lineWidth = 1;
   context.strokeStyle = style.getPropertyValue('--cells-edge');
   context.strokeRect(left + 0.5, top + 0.5, width - 1, height - 1);
-  const notes = [
-    slice.step > 1 ? `1 of every ${slice.step} cells on each axis is drawn` : '',
-    differs ? `marked cells differ from ${state.difference?.file}` : '',
-  ];
-  byId('slice-note').textContent = notes.filter(Boolean).join(', ');
   return where;
 }
 
@@ -120,13 +111,13 @@ function wideEnough(n, place, seen) {
   return at.filter((_, line) => isDrawn(line)).map((line) => Math.round(line) + 0.5);
 }
 
-/** The path of the leak: what lies in the plane as a line, the rest of it dashed. @param {HTMLCanvasElement} canvas @param {CanvasRenderingContext2D} context @param {Picture} picture @param {number} ratio */
-function drawPath(canvas, context, picture, ratio) {
+/** The path of the leak: what lies in the plane as a line, the rest of it dashed. @param {Pane} pane @param {CanvasRenderingContext2D} context @param {Picture} picture @param {number} ratio */
+function drawPath(pane, context, picture, ratio) {
   const path = state.leak?.path;
   if (!path) return;
   const { axis, index } = picture;
-  const points = path.points.map((place) => onCanvas(canvas, picture, place));
-  context.strokeStyle = getComputedStyle(canvas).getPropertyValue('--mark');
+  const points = path.points.map((place) => onCanvas(pane, picture, place));
+  context.strokeStyle = getComputedStyle(pane.canvas).getPropertyValue('--mark');
   for (let at = 1; at < points.length; at += 1) {
     const isIn = path.cells[at - 1][axis] === index && path.cells[at][axis] === index;
     context.lineWidth = (isIn ? 3 : 1.5) * ratio;
@@ -139,15 +130,15 @@ function drawPath(canvas, context, picture, ratio) {
   context.setLineDash([]);
 }
 
-/** Rings at the findings in the plane; returns how many. @param {HTMLCanvasElement} canvas @param {CanvasRenderingContext2D} context @param {Picture} picture @param {number} ratio */
-function drawMarks(canvas, context, picture, ratio) {
+/** Rings at the findings in the plane; returns how many. @param {Pane} pane @param {CanvasRenderingContext2D} context @param {Picture} picture @param {number} ratio */
+function drawMarks(pane, context, picture, ratio) {
   const { mesh, axis, index } = picture;
-  const style = getComputedStyle(canvas);
+  const style = getComputedStyle(pane.canvas);
   let n_marks = 0;
   for (const [at, { place }] of state.findings.entries()) {
     if (!place || cellAt(mesh.lines, place)[axis] !== index) continue;
     const isCurrent = at === state.finding;
-    const [x, y] = onCanvas(canvas, picture, place);
+    const [x, y] = onCanvas(pane, picture, place);
     context.beginPath();
     context.arc(x, y, (isCurrent ? RING_RADIUS : 0.65 * RING_RADIUS) * ratio, 0, 2 * Math.PI);
     for (const [width, colour] of /** @type {[number, string][]} */ ([
@@ -163,35 +154,43 @@ function drawMarks(canvas, context, picture, ratio) {
   return n_marks;
 }
 
-/** The edges of the cell that the cursor is in. @param {HTMLCanvasElement} canvas @param {CanvasRenderingContext2D} context @param {Picture} picture @param {number} ratio */
-function drawCursor(canvas, context, picture, ratio) {
-  const { cursor } = view;
-  if (!cursor) return;
-  const [{ perLength }, { lines }] = [layout(canvas, picture), picture.mesh];
-  const [x, y] = onCanvas(canvas, picture, centreOf(lines, cursor));
-  const [width, height] = across(picture.axis).map((axis, k) =>
-    Math.max(lengthOf(lines, axis, cursor[axis]) * perLength[k], 6 * ratio),
-  );
+/** Lines through the cell of the crosshair, and its edges where it lies in the plane. @param {Pane} pane @param {CanvasRenderingContext2D} context @param {Picture} picture @param {number} ratio */
+function drawCrosshair(pane, context, picture, ratio) {
+  const { cell } = crosshair;
+  const [{ left, top, width, height, perLength }, { lines }] = [layout(pane, picture), picture.mesh];
+  const [x, y] = onCanvas(pane, picture, centreOf(lines, cell));
+  const sizes = across(picture.axis).map((axis, k) => Math.max(lengthOf(lines, axis, cell[axis]) * perLength[k], 6 * ratio));
+  const half = sizes.map((size) => size / 2);
+  context.beginPath();
+  for (const [from, to] of [
+    [left, x - half[0]],
+    [x + half[0], left + width],
+  ])
+    if (from < to) line(context, from, y, to, y);
+  for (const [from, to] of [
+    [top, y - half[1]],
+    [y + half[1], top + height],
+  ])
+    if (from < to) line(context, x, from, x, to);
+  // seen on dark and on light
+  for (const [width, name] of /** @type {[number, string][]} */ ([
+    [3, '--mark-edge'],
+    [1, '--cross'],
+  ])) {
+    context.lineWidth = width * ratio;
+    context.strokeStyle = getComputedStyle(pane.canvas).getPropertyValue(name);
+    context.globalAlpha = width > 1 ? 0.35 : 1;
+    context.stroke();
+  }
+  context.globalAlpha = 1;
+  if (cell[picture.axis] !== picture.index) return;
   context.lineWidth = 2 * ratio;
-  context.strokeStyle = getComputedStyle(canvas).getPropertyValue('--ink');
-  context.strokeRect(x - width / 2, y - height / 2, width, height);
+  context.strokeStyle = getComputedStyle(pane.canvas).getPropertyValue('--ink');
+  context.strokeRect(x - half[0], y - half[1], sizes[0], sizes[1]);
 }
 
-/** Pans so that a cell can be seen. @param {number[]} cell */
-export function bringIntoView(cell) {
-  const canvas = canvasOf('canvas-slice');
-  const picture = currentPicture();
-  if (!picture || view.zoom === 1) return;
-  const sizes = [canvas.width, canvas.height];
-  const at = onCanvas(canvas, picture, centreOf(picture.mesh.lines, cell));
-  view.pan = view.pan.map((pan, k) => {
-    const margin = 0.1 * sizes[k];
-    return pan + Math.min(Math.max(at[k], margin), sizes[k] - margin) - at[k];
-  });
-}
-
-/** The first or second axis of the plane and the direction that an arrow key points to. @param {string} key */
-export function arrow(key) {
-  const [first, second] = across(view.axis);
-  return { ArrowLeft: [first, -1], ArrowRight: [first, 1], ArrowDown: [second, -1], ArrowUp: [second, 1] }[key];
+/** @param {CanvasRenderingContext2D} context @param {number} x0 @param {number} y0 @param {number} x1 @param {number} y1 */
+function line(context, x0, y0, x1, y1) {
+  context.moveTo(x0, y0);
+  context.lineTo(x1, y1);
 }
