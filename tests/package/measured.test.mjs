@@ -238,7 +238,15 @@ function checkArrays(job, measured, files) {
 }
 
 test('the JavaScript of the documentation runs as it is written', () => {
-  const results = { lines: 'vtr', links: 'records', fractions: 'image', staggered: 'npz', conformal: 'npz', tensors: 'npz', distance: 'npz' };
+  const results = {
+    lines: 'vtr',
+    links: 'records',
+    fractions: 'image',
+    staggered: 'npz',
+    conformal: 'npz',
+    tensors: 'npz',
+    distance: 'npz',
+  };
   for (const [page, result] of Object.entries(results)) {
     const text = readFileSync(path.join(ROOT, `docs/${page}.md`), 'utf8');
     const blocks = [...text.matchAll(/```js\n(.*?)```/gs)].map(([, block]) => block);

@@ -1,5 +1,12 @@
 /** What a mesh says about itself: its report, as the native command writes it. */
-import type { ConformalReport, DistanceReport, FractionsReport, LinksReport, StaggeredReport, TensorsReport } from './measured.js';
+import type {
+  ConformalReport,
+  DistanceReport,
+  FractionsReport,
+  LinksReport,
+  StaggeredReport,
+  TensorsReport,
+} from './measured.js';
 
 /** The cells of a flag. */
 export interface FlagReport {
