@@ -149,6 +149,14 @@ test('the inspector has the cell, what is beside it, its column, and which parts
   // it follows the crosshair
   await page.locator('#canvas-y').press('Shift+ArrowUp');
   await expect.poll(column).toEqual(['1 copper | 0 to 9 | 0 to 10', 'background | 10 to 19 | 10 to 20']);
+  // where the results are below the panes it lies over these, and on a phone below them
+  for (const size of [
+    { width: 1000, height: 800 },
+    { width: 390, height: 844 },
+  ]) {
+    await page.setViewportSize(size);
+    await expect(page.locator('#view').getByRole('region', { name: 'Cell', exact: true })).toBeVisible();
+  }
   await page.locator('#inspector-close').press('Enter');
   await expect(inspector).toBeHidden();
 });
@@ -184,9 +192,9 @@ test('two cells are measured in slices and in 3-D, with the keyboard, too', asyn
   const button = page.getByRole('button', { name: 'Measure' });
   await button.press('Enter');
   await expect(button).toHaveAttribute('aria-pressed', 'true');
-  await expect(page.locator('#view-prompt')).toHaveText(/pick the first cell/);
+  await expect(page.locator('#view-prompt')).toHaveText(/click the first cell/);
   await page.locator('#canvas-z').click({ position: await placeOf(page, 'z', 2, 1) });
-  await expect(page.locator('#view-prompt')).toHaveText(/pick the second cell/);
+  await expect(page.locator('#view-prompt')).toHaveText(/click the second cell/);
   await areDrawn(page, [2, 1, 5]);
   await page.locator('#canvas-z').focus();
   for (let n = 0; n < 3; n += 1) await page.keyboard.press('Shift+ArrowRight');
@@ -208,6 +216,14 @@ test('two cells are measured in slices and in 3-D, with the keyboard, too', asyn
   await page.waitForSelector('#run:enabled');
   await run(page);
   await expect.poll(async () => (await facts(page, '#measured-facts')).dy).toBe('4 mm, 8 cells');
+  // both ends and the line are drawn in the slice
+  const drawn = await page.$eval('#canvas-z', (canvas) => {
+    const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+    let n = 0;
+    for (let at = 0; at < data.length; at += 4) n += data[at] === 0xb0 && data[at + 1] === 0x40 && data[at + 2] === 0x90;
+    return n;
+  });
+  assert.ok(drawn > 50, `${drawn} pixels`);
   await page.keyboard.press('Escape');
   await expect(button).toHaveAttribute('aria-pressed', 'false');
   await expect(page.locator('#measured')).toBeHidden();

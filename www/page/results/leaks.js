@@ -30,7 +30,7 @@ function pick(end) {
   const axis = /** @type {const} */ (['z', 'y', 'x']).find(isShown) ?? 'z';
   if (!isShown(axis)) showPanes(axis);
   byId(`canvas-${axis}`).focus();
-  const what = `Pick the cell where paths ${end === 'from' ? 'begin' : 'end'}: click it, or move there with Shift and arrow keys and press Enter`;
+  const what = `Click the cell where paths ${end === 'from' ? 'begin' : 'end'}, or Enter at the crosshair`;
   pickNext((cell) => {
     const { mesh } = state;
     if (!mesh) return;

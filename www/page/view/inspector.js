@@ -13,6 +13,11 @@ const ROWS = 40;
 /** Connects the panel: while it is open it follows the crosshair. */
 export function startInspector() {
   byId('inspector-close').addEventListener('click', close);
+  // beside the panes where there is room, else over or below them
+  const narrow = matchMedia('(max-width: 1180px)');
+  const place = () => (narrow.matches ? byId('view').append(byId('cards')) : byId('results').before(byId('cards')));
+  narrow.addEventListener('change', place);
+  place();
   byId('inspector').addEventListener('keydown', (event) => {
     if (event.key !== 'Escape') return;
     event.preventDefault();
@@ -80,6 +85,7 @@ function show(mesh, cell, flagAt, runs) {
     }),
   );
   byId('inspector-column').textContent = `Column along ${'xyz'[columns.axis]}, as the rays went`;
+  byId('inspector-places').textContent = `Places${report.unit ? ` in ${report.unit}` : ''}`;
   byId('inspector-runs').replaceChildren(...rows(mesh, cell[columns.axis], runs));
 }
 

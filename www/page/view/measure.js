@@ -1,12 +1,12 @@
 /** Measures between two cells that are picked: their distance, and how many cells they are apart. */
 import { byId, buttonOf, make } from '../elements/dom.js';
 import { measure, times } from '../text/format.js';
-import { cellAt, centreOf, placeAt } from '../text/places.js';
+import { cellAt, centreOf, many, placeAt } from '../text/places.js';
 import { change, on, state } from '../state/state.js';
 import { prompt } from './readout.js';
 
-const FIRST = 'Measure: pick the first cell. Click it, or move the crosshair with Shift and arrow keys and press Enter';
-const SECOND = 'Measure: pick the second cell';
+const FIRST = 'Measure: click the first cell, or Enter at the crosshair';
+const SECOND = 'Measure: click the second cell, or Enter at the crosshair';
 
 /** Whether picked cells are measured. */
 let isOn = false;
@@ -30,8 +30,8 @@ export function startMeasure() {
     // they stay in the cells that hold them now
     const isWithin = mesh && points.every((place) => mesh.dims.every((n, axis) => isIn(mesh.lines, axis, n, place[axis])));
     buttonOf('measure').disabled = !mesh;
-    if (!mesh) turn(false);
-    else if (!isWithin) points = [];
+    if (!mesh && isOn) turn(false);
+    if (!isWithin) points = [];
     show();
   });
 }
@@ -46,6 +46,7 @@ function turn(now) {
   isOn = now;
   points = [];
   byId('measure').ariaPressed = String(isOn);
+  prompt('');
   show();
 }
 
@@ -77,7 +78,6 @@ export function measured() {
 function show() {
   const { mesh } = state;
   if (isOn) prompt([FIRST, SECOND, ''][points.length]);
-  else if (byId('measure').ariaPressed === 'false') prompt('');
   const found = mesh && points.length === 2 ? facts(mesh) : [];
   byId('measured').hidden = found.length === 0;
   byId('measured-facts').replaceChildren(...found.flatMap(([term, value]) => [make('dt', {}, term), make('dd', {}, value)]));
@@ -100,7 +100,8 @@ function facts({ lines, report: { unit } }) {
     ['To cell', to.join(', ')],
     ['Between their centres', measure(Math.hypot(...by), unit)],
     ...by.map(
-      (length, axis) => /** @type {[string, string]} */ ([`d${'xyz'[axis]}`, `${measure(length, unit)}, ${apart[axis]} cells`]),
+      (length, axis) =>
+        /** @type {[string, string]} */ ([`d${'xyz'[axis]}`, `${measure(length, unit)}, ${many(apart[axis], 'cell')}`]),
     ),
     ['With both cells', `${times(outer)}${of}`],
     ['', `${times(apart.map((n) => n + 1))} cells`],

@@ -3,6 +3,7 @@ import { inputOf } from '../../elements/dom.js';
 import { cellAt, centreOf, lengthOf } from '../../text/places.js';
 import { state } from '../../state/state.js';
 import { crosshair } from '../crosshair.js';
+import { measured } from '../measure.js';
 import { areFour } from '../panes.js';
 import { markCells } from './slice_difference.js';
 import { AXES, across, layout, onCanvas } from './slice_layout.js';
@@ -27,6 +28,7 @@ export function drawSlice(pane) {
   const where = drawCells(pane, context, picture, ratio);
   drawPath(pane, context, picture, ratio);
   const n_marks = drawMarks(pane, context, picture, ratio);
+  drawMeasured(pane, context, picture, ratio);
   if (crosshair.isPicked || areFour()) drawCrosshair(pane, context, picture, ratio);
   // where the cells are on the canvas, for tests
   const { slice, axis, index } = picture;
@@ -152,6 +154,26 @@ function drawMarks(pane, context, picture, ratio) {
     n_marks += 1;
   }
   return n_marks;
+}
+
+/** The centres of the cells that are measured, and the line between them, as they are seen across the plane. @param {Pane} pane @param {CanvasRenderingContext2D} context @param {Picture} picture @param {number} ratio */
+function drawMeasured(pane, context, picture, ratio) {
+  const points = measured().map((place) => onCanvas(pane, picture, place));
+  const style = getComputedStyle(pane.canvas);
+  for (const [width, name] of /** @type {[number, string][]} */ ([
+    [4, '--mark-edge'],
+    [2, '--measure'],
+  ])) {
+    context.lineWidth = width * ratio;
+    context.strokeStyle = style.getPropertyValue(name);
+    context.beginPath();
+    for (const [x, y] of points) {
+      context.moveTo(x + 4 * ratio, y);
+      context.arc(x, y, 4 * ratio, 0, 2 * Math.PI);
+    }
+    if (points.length === 2) line(context, points[0][0], points[0][1], points[1][0], points[1][1]);
+    context.stroke();
+  }
 }
 
 /** Lines through the cell of the crosshair, and its edges where it lies in the plane. @param {Pane} pane @param {CanvasRenderingContext2D} context @param {Picture} picture @param {number} ratio */
