@@ -77,6 +77,26 @@ test('axe-core finds nothing: empty, models and mistakes, a mesh and its slices'
   await isSound(page, 'slices, of other settings');
 });
 
+test('axe-core finds nothing: four panes, a cell that is inspected, and what is measured', async ({ visit }) => {
+  const page = await visit('#cells=20&backend=cpu&sample=cubes&panes=four');
+  await hasGeometries(page, 2);
+  await page.evaluate(AXE);
+  await run(page);
+  await page.waitForSelector('#canvas-z[data-index]');
+  await page.focus('#canvas-z');
+  await page.keyboard.press('Enter');
+  await page.click('#claims-find');
+  await page.waitForSelector('#claims:visible');
+  await page.click('#measure');
+  await page.focus('#canvas-z');
+  await page.keyboard.press('Enter');
+  await page.keyboard.press('Shift+ArrowLeft');
+  await page.keyboard.press('Enter');
+  await page.waitForSelector('#measured:visible');
+  await page.selectOption('#stretch', '2 4');
+  await isSound(page, 'four panes');
+});
+
 test('axe-core finds nothing: help, the question about the last visit, an error of a file', async ({ visit }) => {
   const page = await visit('#cells=20&backend=cpu');
   await page.evaluate(AXE);

@@ -44,6 +44,7 @@ async function choose(page, label, value) {
 
 test('from a dropped board of twelve parts to the file of openEMS: at most 12 clicks, and the bytes of the command', async ({
   visit,
+  folder,
 }) => {
   const page = await visit('#backend=cpu', { live: true });
   const files = Object.entries(BOARD).map(([name, text]) => [`${name}.stl`, text]);
