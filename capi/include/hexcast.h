@@ -48,10 +48,10 @@ typedef struct HexcastArray {
   // Their type as NumPy names it: "|u1" uint8_t, "|i1" int8_t, "<i2" int16_t, "<i4" int32_t, "<u4" uint32_t, "<u8" uint64_t, "<f4" float,
   // "<f8" double; a text that ends with a zero byte.
   char kind[4];
-  // Number of axes, 1 to 3.
+  // Number of axes, 1 to 4.
   uint32_t n_axes;
   // Length of each axis, the last one fastest; 0 for those that it does not have.
-  uint64_t shape[3];
+  uint64_t shape[4];
   // Bytes of all numbers.
   uint64_t n_bytes;
 } HexcastArray;
@@ -220,8 +220,8 @@ int32_t hexcast_mesh_fill_box(const struct HexcastMesh *mesh,
                               size_t n_bytes,
                               struct HexcastError **error);
 
-// Says what an array of a mesh is. `of` is "links", "fractions", "staggered", "conformal" or "distance", which the job asked for by these keys, and `name` one of the
-// arrays that docs/links.md, docs/fractions.md, docs/staggered.md, docs/conformal.md or docs/distance.md lists, such as "q". Returns 0, or 1 for an error.
+// Says what an array of a mesh is. `of` is "links", "fractions", "staggered", "conformal", "distance" or "tensors", which the job asked for by these keys, and `name` one of the
+// arrays that docs/links.md, docs/fractions.md, docs/staggered.md, docs/conformal.md, docs/distance.md or docs/tensors.md lists, such as "q". Returns 0, or 1 for an error.
 //
 // Errors: job-value for NULL and for names that there are not; job-conflict where the job did not ask for it.
 //

@@ -28,6 +28,7 @@ export const FORMATS = Object.freeze({
   'distance.vtr': row('measured', 'application/vnd.vtk.vtr+xml', true, false, false, 'any'),
   'distance.npy': row('measured', 'application/octet-stream', false, false, false, 'any'),
   'distance.zarr': row('measured', 'application/zip', true, false, false, 'any'),
+  'tensors.npz': row('measured', 'application/octet-stream', true, false, false, 'any'),
   'fractions.npz': row('measured', 'application/octet-stream', true, false, false, 'any'),
   'fractions.vti': row('measured', 'application/vnd.vtk.vti+xml', true, false, false, 'equal'),
   'fractions.vtr': row('measured', 'application/vnd.vtk.vtr+xml', true, false, false, 'any'),

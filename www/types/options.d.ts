@@ -132,6 +132,23 @@ export interface ConformalJob {
   stable?: number;
 }
 
+/** A substance whose permittivity depends on the direction. */
+export interface AnisotropicJob {
+  /** Its flag, 0 for the background. */
+  flag: number;
+  /** Relative permittivity: xx, yy, zz, yz, xz and xy of a symmetric, positive tensor. */
+  eps_r: readonly [number, number, number, number, number, number];
+}
+
+/**
+ * Asks for the permittivity that stands for the cell around each point of E on a staggered (Yee) grid. What substances have is in their
+ * materials (`eps_r`).
+ */
+export interface TensorsJob {
+  /** Substances whose permittivity depends on the direction, in place of `eps_r` of their materials. */
+  anisotropic?: readonly AnisotropicJob[];
+}
+
 /** Asks for the signed distance of points to the nearest surface. */
 export interface DistanceJob {
   /**
@@ -246,6 +263,8 @@ export interface Job {
   conformal?: ConformalJob;
   /** Measures the signed distance of centres or nodes to the nearest surface. See `Mesh.distance`. */
   distance?: DistanceJob;
+  /** Averages the permittivity in the cell around each point of E, as tensors. See `Mesh.tensors`. */
+  tensors?: TensorsJob;
   /**
    * Along which axis the rays run; the cells do not depend on it. `auto`: the axis with most cells; those with less than an eighth fewer count
    * as equal, and of equals the first is taken. `x`: along x. `y`: along y. `z`: along z. Default `auto`.

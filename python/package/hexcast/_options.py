@@ -151,6 +151,8 @@ class JobOptions(TypedDict, total=False):
     #: Measures the signed distance of centres or nodes to the nearest surface. Keys: ``at``, ``band``, ``flags``. Described in
     #: ``report["distance"]``.
     distance: Mapping[str, Any]
+    #: Averages the permittivity in the cell around each point of E, as tensors. Keys: ``anisotropic``. Counted in ``report["tensors"]``.
+    tensors: Mapping[str, Sequence[Mapping[str, Any]]]
     #: What meshes: the GPU or the CPU; the cells do not depend on it. ``auto``: the GPU where there is an adapter, else the CPU. ``gpu``:
     #: the GPU; an error where there is none. ``cpu``: the CPU. Default ``auto``.
     backend: Literal["auto", "gpu", "cpu"]
