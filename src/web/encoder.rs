@@ -42,8 +42,8 @@ impl WebMesh {
         let size = match (exporter_of(format), parts_of(format)) {
             (Some(exporter), _) => export::exact_size(&self.mesh, exporter, &ExportOptions::default()),
             (None, ("links", _)) => self.measured.links().ok().map(links::n_bytes),
-            (None, ("fractions", ending)) => {
-                cells_of(&self.mesh, &self.measured, true, &options).ok().and_then(|cells| {
+            (None, (of @ ("fractions" | "distance"), ending)) => {
+                cells_of(&self.mesh, &self.measured, of, &options).ok().and_then(|cells| {
                     let format = format_of(ending).ok()?;
                     cells.around(format).ok().and_then(|_| cells.exact_size(format))
                 })

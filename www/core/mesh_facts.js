@@ -10,8 +10,8 @@ export function factsOf(mesh, adapterName) {
   const [runs, bytes] = mesh.columnFacts();
   /** @type {Record<string, number | undefined>} */
   const sizes = {};
-  const measured = ['links', 'fractions.vti', 'fractions.vtr', 'fractions.npy'];
-  for (const format of ['vti', 'vtr', 'npy', 'raw', 'hxc', 'nrrd', ...measured]) sizes[format] = mesh.size(format, false);
+  const ofCells = ['vti', 'vtr', 'npy'].flatMap((ending) => [`fractions.${ending}`, `distance.${ending}`]);
+  for (const format of ['vti', 'vtr', 'npy', 'raw', 'hxc', 'nrrd', 'links', ...ofCells]) sizes[format] = mesh.size(format, false);
   for (const format of ['npy', 'raw']) sizes[`${format}-bits`] = mesh.size(format, true);
   /** @type {import('../hexcast.js').Report} */
   const report = JSON.parse(mesh.report());
