@@ -200,7 +200,7 @@ fn job_of(cuboids: &[Cuboid], background: f64, graded: bool, random: &mut Random
 /// Some boxes, one of them metal at times.
 fn random_boxes(seed: u64, random: &mut Random) -> Vec<Cuboid> {
     let mut cuboids: Vec<Cuboid> = (0..1 + seed % 4).map(|_| Cuboid::random(random)).collect();
-    cuboids[0].is_metal = seed % 5 == 0;
+    cuboids[0].is_metal = seed.is_multiple_of(5);
     cuboids
 }
 
