@@ -91,7 +91,7 @@ def test_edges_and_faces_outside_metal_are_those_that_arithmetic_finds(mesh):
 
 
 def test_distances_are_those_of_a_ball():
-    ball = {"mesh": sphere((0, 0, 0), 1, 60), "flag": 2}
+    ball = {"source": sphere((0, 0, 0), 1, 60), "flag": 2}
     mesh = hexcast.mesh(ball, cells=24, padding={"cells": 3}, backend="cpu", distance={"band": "all"})
     numbers = mesh.distance.distance
     assert numbers.shape == mesh.flags.shape and numbers.dtype == np.float64
