@@ -7,6 +7,7 @@ use hexcast::pipeline::Engine;
 use hexcast::report::ConformalReport;
 
 use super::cli::{Folder, SPOT, hexcast, json};
+use super::cuboids::{Cuboid, ends_between, holder, stretches};
 use super::models::{self, Facets};
 use super::open_surfaces::meshed;
 use super::soups::Random;
@@ -24,48 +25,15 @@ fn all(found: &Conformal, part: usize) -> Vec<f64> {
 }
 
 /// A box of coordinates that are multiples of 1/8, many of them on lines.
-struct Cuboid {
-    ends: [[f64; 2]; 3],
-    priority: i32,
-    is_inverted: bool,
-    is_metal: bool,
-}
-
-impl Cuboid {
-    fn random(random: &mut Random) -> Cuboid {
-        let mut place = || if random.below(2) == 0 { random.below(8) as f64 } else { random.below(56) as f64 / 8.0 };
-        let mut ends = [[0.0; 2]; 3];
-        for end in &mut ends {
-            while end[0] == end[1] {
-                *end = [place(), place()];
-            }
-            end.sort_by(f64::total_cmp);
-        }
-        let priority = random.below(3) as i32;
-        Cuboid { ends, priority, is_inverted: random.below(6) == 0, is_metal: random.below(2) == 0 }
-    }
-
-    fn facets(&self) -> Facets {
-        let [low, high] = [0, 1].map(|end| self.ends.map(|ends| ends[end] as f32));
-        models::cuboid(low, high)
-    }
-
-    fn holds(&self, point: [f64; 3]) -> bool {
-        (0..3).all(|axis| (self.ends[axis][0]..self.ends[axis][1]).contains(&point[axis])) != self.is_inverted
-    }
+fn random_cuboid(random: &mut Random) -> Cuboid {
+    let ends =
+        ends_between(|| if random.below(2) == 0 { random.below(8) as f64 } else { random.below(56) as f64 / 8.0 });
+    let priority = random.below(3) as i32;
+    Cuboid { ends, priority, is_inverted: random.below(6) == 0, is_metal: random.below(2) == 0, eps: 1.0 }
 }
 
 fn is_metal(cuboids: &[Cuboid], point: [f64; 3]) -> bool {
-    let within = cuboids.iter().enumerate().filter(|(_, of)| of.holds(point));
-    within.max_by_key(|(index, of)| (of.priority, *index)).is_some_and(|(_, of)| of.is_metal)
-}
-
-/// Ends and middles of the stretches of a cell along an axis between the faces of boxes.
-fn stretches(cuboids: &[Cuboid], axis: usize, [low, high]: [f64; 2]) -> Vec<(f64, f64)> {
-    let inner = cuboids.iter().flat_map(|of| of.ends[axis]).filter(|place| (low..high).contains(place));
-    let mut places: Vec<f64> = inner.chain([low, high]).collect();
-    places.sort_by(f64::total_cmp);
-    places.windows(2).map(|two| (0.5 * (two[0] + two[1]), (two[1] - two[0]) / (high - low))).collect()
+    cuboids.get(holder(cuboids, point)).is_some_and(|of| of.is_metal)
 }
 
 /// What of an edge or face lies outside metal, seen from the side of it where that is least.
@@ -115,7 +83,7 @@ fn lengths_and_areas_are_those_of_boxes_from_all_sides() {
     let (mut n_cut, mut n_graded) = (0, 0);
     for seed in 140_000..140_150 {
         let mut random = Random::new(seed);
-        let mut cuboids: Vec<Cuboid> = (0..1 + seed % 4).map(|_| Cuboid::random(&mut random)).collect();
+        let mut cuboids: Vec<Cuboid> = (0..1 + seed % 4).map(|_| random_cuboid(&mut random)).collect();
         cuboids[0].is_metal = true;
         let bodies: Vec<Facets> = cuboids.iter().map(Cuboid::facets).collect();
         let job = job_of(&cuboids, 0.0, seed % 3 == 0, &mut random);
@@ -284,7 +252,7 @@ fn windows_have_the_numbers_of_the_whole() {
         let (bodies, job) = match seed % 2 {
             0 => cavity(0.25, &mut random),
             _ => {
-                let mut cuboids: Vec<Cuboid> = (0..3).map(|_| Cuboid::random(&mut random)).collect();
+                let mut cuboids: Vec<Cuboid> = (0..3).map(|_| random_cuboid(&mut random)).collect();
                 cuboids[2].is_metal = true;
                 let job = job_of(&cuboids, 0.25, seed % 3 == 0, &mut random);
                 (cuboids.iter().map(Cuboid::facets).collect(), job)

@@ -191,6 +191,10 @@ fn surfaces_of_some_flags_are_as_if_there_were_no_others() {
     assert_eq!(all(&of_some), all(&alone));
     let (of_all, ..) = measured(&bodies, &job(&[], &geometries));
     assert_ne!(all(&of_all), all(&alone));
+    // of nothing there is nothing
+    for none in [[2..2, 0..3, 0..3], [0..3, 2..2, 0..3], [0..3, 0..3, 2..2]] {
+        assert!(alone.distances(&none).unwrap().is_empty());
+    }
 }
 
 #[test]

@@ -26,6 +26,7 @@ mod compare;
 #[cfg(feature = "cli")]
 mod conformal;
 mod converge;
+mod cuboids;
 mod cut_faces;
 mod distance;
 #[cfg(feature = "cli")]

@@ -7,6 +7,7 @@ use hexcast::report::TensorsReport;
 use hexcast::tensors::{Tensor, Tensors};
 
 use super::cli::{Folder, SPOT, hexcast, json};
+use super::cuboids::{Cuboid, ends_between, holder, stretches};
 use super::models::{self, Facets};
 use super::open_surfaces::meshed;
 use super::soups::Random;
@@ -61,56 +62,15 @@ fn layered(parts: &[(f64, f64)], normal: Option<[f64; 3]>) -> Tensor {
 }
 
 /// A box of coordinates that are multiples of 1/8, many of them on lines or in the middle between two.
-struct Cuboid {
-    ends: [[f64; 2]; 3],
-    priority: i32,
-    is_inverted: bool,
-    eps: f64,
-    is_metal: bool,
-}
-
-impl Cuboid {
-    fn random(random: &mut Random) -> Cuboid {
-        let mut place = || match random.below(3) {
-            0 => random.below(8) as f64,
-            1 => random.below(8) as f64 - 0.5,
-            _ => random.below(56) as f64 / 8.0,
-        };
-        let mut ends = [[0.0; 2]; 3];
-        for end in &mut ends {
-            while end[0] == end[1] {
-                *end = [place(), place()];
-            }
-            end.sort_by(f64::total_cmp);
-        }
-        let eps = [1.0, 2.25, 4.0, 12.0][random.below(4) as usize];
-        let (priority, is_inverted) = (random.below(3) as i32, random.below(6) == 0);
-        Cuboid { ends, priority, is_inverted, eps, is_metal: false }
-    }
-
-    fn facets(&self) -> Facets {
-        let [low, high] = [0, 1].map(|end| self.ends.map(|ends| ends[end] as f32));
-        models::cuboid(low, high)
-    }
-
-    fn holds(&self, point: [f64; 3]) -> bool {
-        (0..3).all(|axis| (self.ends[axis][0]..self.ends[axis][1]).contains(&point[axis])) != self.is_inverted
-    }
-}
-
-/// What holds a point: its index, the number of boxes for the background.
-fn holder(cuboids: &[Cuboid], point: [f64; 3]) -> usize {
-    let within = cuboids.iter().enumerate().filter(|(_, of)| of.holds(point));
-    within.max_by_key(|(index, of)| (of.priority, *index)).map_or(cuboids.len(), |(index, _)| index)
-}
-
-/// Middles of the stretches of a cell along an axis between the faces of boxes, and which part of it they are.
-fn stretches(cuboids: &[Cuboid], axis: usize, [low, high]: [f64; 2]) -> Vec<(f64, f64)> {
-    let inner = cuboids.iter().flat_map(|of| of.ends[axis]).filter(|place| (low..high).contains(place));
-    let mut places: Vec<f64> = inner.chain([low, high]).collect();
-    places.sort_by(f64::total_cmp);
-    places.dedup();
-    places.windows(2).map(|two| (0.5 * (two[0] + two[1]), (two[1] - two[0]) / (high - low))).collect()
+fn random_cuboid(random: &mut Random) -> Cuboid {
+    let ends = ends_between(|| match random.below(3) {
+        0 => random.below(8) as f64,
+        1 => random.below(8) as f64 - 0.5,
+        _ => random.below(56) as f64 / 8.0,
+    });
+    let eps = [1.0, 2.25, 4.0, 12.0][random.below(4) as usize];
+    let (priority, is_inverted) = (random.below(3) as i32, random.below(6) == 0);
+    Cuboid { ends, priority, is_inverted, eps, is_metal: false }
 }
 
 /// What each body, and the background, has of some stretches.
@@ -199,7 +159,7 @@ fn job_of(cuboids: &[Cuboid], background: f64, graded: bool, random: &mut Random
 
 /// Some boxes, one of them metal at times.
 fn random_boxes(seed: u64, random: &mut Random) -> Vec<Cuboid> {
-    let mut cuboids: Vec<Cuboid> = (0..1 + seed % 4).map(|_| Cuboid::random(random)).collect();
+    let mut cuboids: Vec<Cuboid> = (0..1 + seed % 4).map(|_| random_cuboid(random)).collect();
     cuboids[0].is_metal = seed.is_multiple_of(5);
     cuboids
 }

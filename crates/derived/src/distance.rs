@@ -135,7 +135,7 @@ impl Distance {
         for (number, of_some) in (0u32..).zip(filled) {
             let [y, z] = starts(number);
             let n_down = n_of(y, ny);
-            for (row, of_row) in of_some.chunks_exact(nx).enumerate() {
+            for (row, of_row) in of_some.chunks_exact(nx.max(1)).enumerate() {
                 let at = nx * (y + row % n_down + ny * (z + row / n_down));
                 distances[at..at + nx].copy_from_slice(of_row);
             }
