@@ -52,7 +52,7 @@ pub(crate) fn links(mesher: &mut Mesher, body: &str) -> Result<(Vec<u8>, f32)> {
 /// Writes the fractions of cells as an archive; also returns the volume of flag 1.
 pub(crate) fn fractions(mesher: &mut Mesher, body: &str) -> Result<(Vec<u8>, f64)> {
     let mut asked = FractionsJob::default();
-    (asked.rays, asked.surfaces) = (8, true);
+    asked.surfaces = true;
     let mut job = Job::new(vec![GeometryJob::new(body)]);
     (job.cells, job.fractions) = (Some(32), Some(asked));
     let (_, report) = mesher.mesh(&job)?;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use hexcast::fractions::{CutSurface, Fraction};
 use hexcast::geometry::{Facet, Geometry};
-use hexcast::job::{FractionsJob, FractionsMethod};
+use hexcast::job::FractionsJob;
 use hexcast::lines::Lines;
 
 use super::fractions::{Point, bodies, exact, grids, measured_as as measured, minus, triple};
@@ -35,8 +35,8 @@ fn faces_are_as_near_to_those_of_clipped_tetrahedra_as_is_said() {
             let mut known: BTreeMap<(u64, usize), f64> = BTreeMap::new();
             // without rays they are exact: the oracle has a thin box for a face, and corners that are not snapped
             for (rays, most) in [(2, 0.5), (8, 0.125), (0, 1e-3)] {
-                let method = if rays > 0 { FractionsMethod::Rays } else { FractionsMethod::Exact };
-                let job = set!(FractionsJob { method, rays, faces: true, ..FractionsJob::default() });
+                let by = (rays > 0).then_some(rays);
+                let job = set!(FractionsJob { rays: by, faces: true, ..FractionsJob::default() });
                 let found = measured(std::slice::from_ref(&geometry), &lines, job);
                 let entries: Vec<(Fraction, [f32; 6])> = found.iter().copied().zip(found.faces().copied()).collect();
                 assert_eq!((entries.len(), found.faces().count()), (found.len(), found.len()));
@@ -86,7 +86,7 @@ fn a_wall_in_the_plane_of_faces_holds_those_of_the_cells_above_it() {
     let found = measured(
         &[Geometry::new("g", 1, facets).unwrap()],
         &lines,
-        set!(FractionsJob { faces: true, ..FractionsJob::default() }),
+        set!(FractionsJob { rays: Some(4), faces: true, ..FractionsJob::default() }),
     );
     let entries: Vec<(u64, u8, [f32; 6])> =
         found.iter().zip(found.faces()).map(|(of, faces)| (of.cell, of.flag, *faces)).collect();
@@ -119,7 +119,7 @@ fn surfaces_in_cells_close_what_their_faces_leave_open() {
         let corners: Vec<[Point; 3]> = facets.iter().map(|facet| facet.map(|corner| corner.map(f64::from))).collect();
         let geometry = Geometry::new(name, 7, facets.clone()).unwrap();
         for lines in grids() {
-            let job = set!(FractionsJob { surfaces: true, ..FractionsJob::default() });
+            let job = set!(FractionsJob { rays: Some(4), surfaces: true, ..FractionsJob::default() });
             let found = measured(std::slice::from_ref(&geometry), &lines, job);
             let surfaces: Vec<CutSurface> = found.surfaces().copied().collect();
             assert!(surfaces.is_sorted_by(|one, other| one.cell < other.cell));
@@ -166,7 +166,11 @@ fn the_surface_of_a_plane_is_in_the_plane_and_that_of_a_ball_near_it() {
     let [grid, graded] = grids();
     for lines in [&grid, &graded] {
         let geometry = Geometry::new("g", 1, far.clone()).unwrap();
-        let found = measured(&[geometry], lines, set!(FractionsJob { surfaces: true, ..FractionsJob::default() }));
+        let found = measured(
+            &[geometry],
+            lines,
+            set!(FractionsJob { rays: Some(4), surfaces: true, ..FractionsJob::default() }),
+        );
         let mut n = 0;
         for surface in found.surfaces() {
             let at = place(surface, lines);
@@ -185,7 +189,8 @@ fn the_surface_of_a_plane_is_in_the_plane_and_that_of_a_ball_near_it() {
     }
     let (centre, radius) = ([0.1, -0.2, 0.3], 3.1);
     let geometry = Geometry::new("ball", 1, models::sphere(centre, radius, 64)).unwrap();
-    let found = measured(&[geometry], &grid, set!(FractionsJob { surfaces: true, ..FractionsJob::default() }));
+    let found =
+        measured(&[geometry], &grid, set!(FractionsJob { rays: Some(4), surfaces: true, ..FractionsJob::default() }));
     for surface in found.surfaces() {
         let from = minus(place(surface, &grid), centre.map(f64::from));
         // half of the diagonal of a cell makes a cap of that height at most, and facets are a little inside
@@ -203,7 +208,7 @@ fn a_wall_between_cells_belongs_to_those_below() {
     let found = measured(
         &[Geometry::new("g", 1, facets).unwrap()],
         &lines,
-        set!(FractionsJob { surfaces: true, ..FractionsJob::default() }),
+        set!(FractionsJob { rays: Some(4), surfaces: true, ..FractionsJob::default() }),
     );
     assert_eq!(found.len(), 0, "no cell is cut");
     let surfaces: Vec<(u64, f32, [f32; 3], [f32; 3])> =
@@ -231,7 +236,11 @@ fn surfaces_at_the_ends_of_the_box_are_found() {
         let geometry = Geometry::new("cube", 1, models::cuboid([low; 3], [high; 3])).unwrap();
         let side = f64::from(high) - f64::from(low);
         let lines = Lines::new([f64::from(low); 3], [side / f64::from(n); 3], [n; 3]).unwrap();
-        let found = measured(&[geometry], &lines, set!(FractionsJob { surfaces: true, ..FractionsJob::default() }));
+        let found = measured(
+            &[geometry],
+            &lines,
+            set!(FractionsJob { rays: Some(4), surfaces: true, ..FractionsJob::default() }),
+        );
         let area = found.areas.as_ref().expect("areas")[0];
         assert!((area / (6.0 * side * side) - 1.0).abs() < 1e-6, "{low} to {high}: {area}");
         let of_cells: f64 = found.surfaces().map(|surface| f64::from(surface.area)).sum();
@@ -247,7 +256,11 @@ fn normals_point_out_of_bodies_that_are_mirrored_or_turned() {
     let mirrored = models::mapped(&ball, |[x, y, z]| [2.0 * centre[0] - x, y, z]);
     for facets in [ball.clone(), mirrored, models::flipped(ball)] {
         let geometry = Geometry::new("ball", 1, facets).unwrap();
-        let found = measured(&[geometry], &lines, set!(FractionsJob { surfaces: true, ..FractionsJob::default() }));
+        let found = measured(
+            &[geometry],
+            &lines,
+            set!(FractionsJob { rays: Some(4), surfaces: true, ..FractionsJob::default() }),
+        );
         assert!(found.surfaces().count() > 100);
         for surface in found.surfaces() {
             let [low, high] = ends(cell_of(surface.cell, &lines), &lines);

@@ -164,7 +164,7 @@ fn what_solvers_ask_for_is_as_the_command_writes_it() {
     done(&[&mesh[..], &["--padding-cells=2", "--stencil=D3Q27", "--links", &path("a.links")]].concat());
     let (records, nearest) = for_solvers::links(&mut mesher, SPOT).unwrap();
     assert!(records == folder.bytes("a.links") && nearest > 0.0 && nearest < 0.1, "{nearest}");
-    let fractions = ["--fraction-rays=8", "--fraction-surfaces", "--fractions", &path("f.npz")];
+    let fractions = ["--fraction-surfaces", "--fractions", &path("f.npz")];
     let report = json(&[&mesh[..], &fractions, &["--staggered", &path("y.npz"), "--json"]].concat());
     let (npz, volume) = for_solvers::fractions(&mut mesher, SPOT).unwrap();
     assert!(npz == folder.bytes("f.npz"));

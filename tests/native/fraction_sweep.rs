@@ -176,7 +176,11 @@ fn check_boxes(bodies: &[Body], lines: &Lines, rays: u32, label: &str) -> usize 
         .iter()
         .map(|([low, high], flag)| Geometry::new("box", *flag, models::cuboid(*low, *high)).unwrap())
         .collect();
-    let found = measured_as(&geometries, lines, set!(FractionsJob { rays, faces: true, ..FractionsJob::default() }));
+    let found = measured_as(
+        &geometries,
+        lines,
+        set!(FractionsJob { rays: Some(rays), faces: true, ..FractionsJob::default() }),
+    );
     let (rows, m, mut n_unmet) = (rows(&found), f64::from(rays), 0);
     let known: BTreeMap<[u32; 3], Known> = cells()
         .map(|cell| {
@@ -280,8 +284,11 @@ fn fractions_of_bodies_at_angles_are_as_near_as_is_said_in_200_jobs() {
         let rays = random.one_of(&[1, 2, 4, 8]);
         let (m, label) = (f64::from(rays), format!("seed {seed}, {rays} rays"));
         let Ok(geometry) = Geometry::new("body", 3, facets.clone()) else { continue };
-        let found =
-            measured_as(&[geometry], &lines, set!(FractionsJob { rays, faces: true, ..FractionsJob::default() }));
+        let found = measured_as(
+            &[geometry],
+            &lines,
+            set!(FractionsJob { rays: Some(rays), faces: true, ..FractionsJob::default() }),
+        );
         let rows = rows(&found);
         let share = |[low, high]: [Point; 2]| exact(&facets, low, high) / minus(high, low).iter().product::<f64>();
         check_rows(&rows, &|cell| if share(ends(cell, &lines)) > 0.5 { 3 } else { 0 }, &label);
@@ -322,7 +329,11 @@ fn plates_that_rays_miss_are_cut_and_within_the_bound() {
     let lines = Lines::new([0.0; 3], [1.0; 3], [4, 4, 5]).unwrap();
     for (low, of_cell) in [(2.6f32, 0.25f32), (2.2, 0.0)] {
         let plate = models::cuboid([0.0, 0.0, low], [4.0, 4.0, low + 0.05]);
-        let found = measured_as(&[Geometry::new("plate", 5, plate).unwrap()], &lines, FractionsJob::default());
+        let found = measured_as(
+            &[Geometry::new("plate", 5, plate).unwrap()],
+            &lines,
+            set!(FractionsJob { rays: Some(4), ..FractionsJob::default() }),
+        );
         let volume = found.volumes[5];
         assert!(
             (volume - 16.0 * f64::from(of_cell)).abs() < 1e-6 && (volume - 0.8).abs() < 16.0 * 2.0 / 4.0,

@@ -4,7 +4,7 @@
 use hexcast::control::Control;
 use hexcast::fractions::{Fraction, Fractions, fractions};
 use hexcast::geometry::{Facet, Geometry};
-use hexcast::job::{FractionsJob, FractionsMethod, Rule};
+use hexcast::job::{FractionsJob, Rule};
 use hexcast::lines::Lines;
 use hexcast_core::grid::frame::Frame;
 use hexcast_core::grid::window::CellWindow;
@@ -70,19 +70,19 @@ pub(super) fn exact(facets: &[Facet], low: Point, high: Point) -> f64 {
 }
 
 fn measured(geometries: &[Geometry], lines: &Lines, rays: u32) -> Fractions {
-    measured_as(geometries, lines, set!(FractionsJob { rays, ..FractionsJob::default() }))
+    measured_as(geometries, lines, set!(FractionsJob { rays: Some(rays), ..FractionsJob::default() }))
 }
 
 pub(super) fn measured_as(geometries: &[Geometry], lines: &Lines, job: FractionsJob) -> Fractions {
     let frame = Frame::new(geometries, lines).unwrap();
     let (kinds, window) = (vec![Kind::Cast; geometries.len()], CellWindow::all(lines.dims()));
     let (rule, control) = (Rule::Parity, Control::default());
-    if job.method == FractionsMethod::Exact {
+    let Some(rays) = job.by_rays() else {
         let is_oriented = vec![true; geometries.len()];
         let by = CutBy { frame: &frame, lines, rule, kinds: &kinds, is_oriented: &is_oriented };
         return pollster::block_on(exact_fractions(by, window, job, u64::MAX, &control)).unwrap();
-    }
-    pollster::block_on(fractions((&frame, lines), window, (rule, &kinds), job, u64::MAX, &control)).unwrap()
+    };
+    pollster::block_on(fractions((&frame, lines), window, (rule, &kinds), (job, rays), u64::MAX, &control)).unwrap()
 }
 
 /// Of every cell, in their order: where it is, its size, and what a closed surface has of it.
@@ -169,7 +169,7 @@ fn exact_parts_of_cells_are_those_of_clipped_tetrahedra() {
     for (name, facets) in bodies() {
         let geometry = Geometry::new(name, 7, facets.clone()).unwrap();
         for lines in grids() {
-            let job = set!(FractionsJob { method: FractionsMethod::Exact, ..FractionsJob::default() });
+            let job = FractionsJob::default();
             let found = measured_as(std::slice::from_ref(&geometry), &lines, job);
             let cells = known(&facets, &lines);
             let mut parts = vec![None; cells.len()];
@@ -227,8 +227,8 @@ fn edges_are_the_lengths_in_convex_bodies_and_centroids_have_their_moments() {
     for (name, facets) in bodies() {
         let geometry = Geometry::new(name, 7, facets.clone()).unwrap();
         for lines in grids() {
-            let (method, job) = (FractionsMethod::Exact, FractionsJob::default());
-            let job = set!(FractionsJob { method, faces: true, edges: true, centroids: true, ..job });
+            let job = FractionsJob::default();
+            let job = set!(FractionsJob { faces: true, edges: true, centroids: true, ..job });
             let found = measured_as(std::slice::from_ref(&geometry), &lines, job);
             let (mut moments, mut n_partial) = ([0.0; 3], 0);
             let (dims, mut cells) = (lines.dims(), known(&facets, &lines));
@@ -316,7 +316,7 @@ fn an_inverted_geometry_has_the_other_part() {
         (&frame, &lines),
         CellWindow::all(lines.dims()),
         (Rule::Parity, &[Kind::Inverted]),
-        job,
+        (job, 4),
         u64::MAX,
         &Control::default(),
     ))
@@ -329,7 +329,7 @@ fn an_inverted_geometry_has_the_other_part() {
         (&frame, &lines),
         CellWindow::all(lines.dims()),
         (Rule::Parity, &[Kind::Cast]),
-        job,
+        (job, 4),
         10,
         &Control::default(),
     ))

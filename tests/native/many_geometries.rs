@@ -217,7 +217,7 @@ fn what_is_measured_of_them_is_that_of_one_geometry_for_each_flag() {
         domain: Some([0.0, 0.0, 0.0, 20.0, 20.0, 20.0]),
         geometries: (0..400).map(|index| of_flag(flag(index))).collect(),
         links: Some(LinksJob::default()),
-        fractions: Some(set!(FractionsJob { surfaces: true, ..FractionsJob::default() })),
+        fractions: Some(set!(FractionsJob { rays: Some(4), surfaces: true, ..FractionsJob::default() })),
         staggered: true,
         ..Job::default()
     });

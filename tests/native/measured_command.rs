@@ -326,8 +326,14 @@ fn what_cannot_be_measured_is_refused_with_a_sentence() {
             vec!["--fractions", &path("a.npz"), "--fraction-method", "exact", "--fraction-rays", "4"],
             "exact fractions are measured without rays",
         ),
-        (vec!["--fractions", &path("a.npz"), "--fraction-edges"], "edges is given, which rays do not measure"),
-        (vec!["--fractions", &path("a.npz"), "--fraction-centroids"], "centroids is given, which rays do not measure"),
+        (
+            vec!["--fractions", &path("a.npz"), "--fraction-method", "rays", "--fraction-edges"],
+            "edges is given, which rays do not measure",
+        ),
+        (
+            vec!["--fractions", &path("a.npz"), "--fraction-rays", "2", "--fraction-centroids"],
+            "centroids is given, which rays do not measure",
+        ),
         (vec!["--fractions", &path("a.npz"), "--close-gaps", "3"], "fractions are given with close_gaps"),
         (vec!["--fractions", &path("a.npz"), "--fill", "separating"], "has cells along its surface"),
     ] {

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use hexcast::error::Result;
 use hexcast::fractions::{CutSurface, Fraction, Fractions};
 use hexcast::geometry::Fill;
-use hexcast::job::{FractionsJob, FractionsMethod, GeometryJob, Job, LinesJob, LinksJob, Stencil};
+use hexcast::job::{FractionsJob, GeometryJob, Job, LinesJob, LinksJob, Stencil};
 use hexcast::lines::Lines;
 use hexcast::links::Link;
 use hexcast::pipeline::Engine;
@@ -132,8 +132,7 @@ fn links_and_fractions_of_windows_are_those_of_the_whole() {
         job.links = Some(set!(LinksJob { stencil, ..LinksJob::default() }));
         let is_exact = seed % 2 == 0;
         job.fractions = Some(set!(FractionsJob {
-            method: if is_exact { FractionsMethod::Exact } else { FractionsMethod::Rays },
-            rays: 2,
+            rays: (!is_exact).then_some(2),
             faces: true,
             surfaces: true,
             edges: is_exact,

@@ -4,7 +4,7 @@
 //! `HEXCAST_MERGED_JOBS=500` checks so many; with `HEXCAST_SEED` each is that of this seed.
 
 use hexcast::control::Control;
-use hexcast::job::{Fill, FractionsJob, FractionsMethod, Job, LinesJob, LinksJob, Open, PartJob, Stencil};
+use hexcast::job::{Fill, FractionsJob, Job, LinesJob, LinksJob, Open, PartJob, Stencil};
 use hexcast::mesh::Mesh;
 use hexcast::pipeline::{Engine, MeshOptions, merge, mesh};
 use hexcast::read::read_bytes;
@@ -51,10 +51,9 @@ fn job(seed: u64) -> (Vec<Facets>, Job, Random) {
         job.links = Some(set!(LinksJob { stencil, fluid: vec![0], ..LinksJob::default() }));
     }
     if random.below(2) == 0 {
-        let rays = random.one_of(&[1, 2, 4]);
-        let method = random.one_of(&[FractionsMethod::Rays, FractionsMethod::Exact]);
+        let rays = random.one_of(&[None, None, None, Some(1), Some(2), Some(4)]);
         let faces = random.below(2) == 0;
-        job.fractions = Some(set!(FractionsJob { method, rays, surfaces: true, faces, ..FractionsJob::default() }));
+        job.fractions = Some(set!(FractionsJob { rays, surfaces: true, faces, ..FractionsJob::default() }));
         // what has fractions is closed, more often than not
         job.fill = Fill::Centre;
         job.geometries.iter_mut().for_each(|entry| (entry.fill, entry.shell) = (None, false));

@@ -102,13 +102,13 @@ export interface LinksJob {
 /** Asks for the fraction of each flag in the cells that surfaces cut. */
 export interface FractionsJob {
   /**
-   * How they are measured. `rays`: by rays, of which `rays` says how many. `exact`: Exactly but for rounding, from the facets within each
-   * cell, whatever `rays` is. Default `rays`.
+   * How they are measured: by default exactly, or by rays where `rays` is given. `exact`: Exactly but for rounding, from the facets within
+   * each cell. `rays`: by rays, of which `rays` says how many.
    */
-  method?: 'rays' | 'exact';
+  method?: 'exact' | 'rays';
   /**
-   * Rays of a cell along each of two axes: 1, 2, 4, 8 or 16; by default 4. The fraction of a cell that one plane cuts is off by less than 1 /
-   * rays.
+   * Rays of a cell along each of two axes, of the method `rays`: 1, 2, 4, 8 or 16; by default 4. The fraction of a cell that one plane cuts is
+   * off by less than 1 / rays.
    */
   rays?: number;
   /** Also measures which fraction of each face of these cells a flag has. */

@@ -8,7 +8,7 @@ use super::surfaces::Uncut;
 use hexcast_core::base::control::Control;
 use hexcast_core::base::error::Result;
 use hexcast_core::cells::columns::Columns;
-use hexcast_core::input::job::{FractionsMethod, Job};
+use hexcast_core::input::job::Job;
 use hexcast_core::stages::inside::Kind;
 use hexcast_derived::cut_cells::conformal::Conformal;
 use hexcast_derived::cut_cells::tensors::Tensors;
@@ -96,18 +96,18 @@ impl Uncut {
         control: &Control,
     ) -> Result<Option<Fractions>> {
         let Some(asked) = job.fractions else { return Ok(None) };
-        if asked.method == FractionsMethod::Exact {
+        let Some(rays) = asked.by_rays() else {
             // this frame, and the facets by planes
             let max_bytes = max_bytes.saturating_sub(2 * 38 * self.frame.facets.len() as u64);
             let is_oriented = self.are_oriented();
             let (frame, lines, kinds) = (&self.frame, &prepared.whole, &self.kinds[..]);
             let by = CutBy { frame, lines, rule: job.rule, kinds, is_oriented: &is_oriented };
             return exact_fractions(by, prepared.cell_window(), asked, max_bytes, control).await.map(Some);
-        }
+        };
         // this frame, one of finer cells and what it is made of, those of faces, and the facets by rows
         let frames = 3 + 3 * u64::from(asked.faces) + u64::from(asked.surfaces);
         let max_bytes = max_bytes.saturating_sub(frames * 38 * self.frame.facets.len() as u64);
         let (of_box, window) = ((&self.frame, &prepared.whole), prepared.cell_window());
-        fractions(of_box, window, (job.rule, &self.kinds), asked, max_bytes, control).await.map(Some)
+        fractions(of_box, window, (job.rule, &self.kinds), (asked, rays), max_bytes, control).await.map(Some)
     }
 }

@@ -111,7 +111,7 @@ function measured({
   tensors,
 }) {
   /** @type {import('hexcast').FractionsJob} */
-  const method = rays === 0 ? { method: 'exact', ...(edges && { edges }), ...(centroids && { centroids }) } : { rays };
+  const method = rays === 0 ? { ...(edges && { edges }), ...(centroids && { centroids }) } : { rays };
   return {
     ...(links ? { links: { stencil, ...(String(fluid) === '0' ? {} : { fluid }) } } : {}),
     ...(fractions ? { fractions: { ...method, faces, surfaces } } : {}),

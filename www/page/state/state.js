@@ -159,7 +159,7 @@ export const DEFAULTS = Object.freeze({
   stencil: 'D3Q19',
   fluid: [0],
   fractions: false,
-  fraction_rays: 4,
+  fraction_rays: 0,
   fraction_faces: false,
   fraction_surfaces: false,
   fraction_edges: false,

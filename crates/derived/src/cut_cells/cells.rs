@@ -9,6 +9,7 @@
 
 use std::ops::Range;
 
+use super::cut_cell::Asked;
 use super::edges::{Change, Insides, edges_of, ends_of, lengths};
 use super::integrals::*;
 use super::pieces::{Piece, Pieces};
@@ -57,13 +58,6 @@ impl<'a> State<'a> {
         let word = (0..4).rev().find(|&word| self.held[word] & !but[word] != 0)?;
         Some((64 * word + 63 - (self.held[word] & !but[word]).leading_zeros() as usize) as u8)
     }
-}
-
-/// What of a cell is measured.
-#[derive(Clone, Copy)]
-pub(super) struct Asked {
-    pub(super) faces: bool,
-    pub(super) edges: bool,
 }
 
 /// What a flag has of a cell.
@@ -179,7 +173,7 @@ impl Scene<'_> {
         for (winding, range) in windings.iter_mut().zip(ranges.iter()) {
             let of_rank = &of_cell[range.clone()];
             let first = state.windings[usize::from(of_rank[0].rank())];
-            winding.find(pieces, of_rank, first, self.asked.faces);
+            winding.find(pieces, of_rank, first, self.asked);
         }
         *is_sampled = false;
         let rest = self.flag(constant);

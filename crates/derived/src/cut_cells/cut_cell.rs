@@ -55,6 +55,23 @@ pub struct CutCellsJob {
     pub surfaces: bool,
 }
 
+impl CutCellsJob {
+    /// What of each cell that takes.
+    pub(super) fn asked(self) -> Asked {
+        let CutCellsJob { centroids, faces, face_centroids, edges, .. } = self;
+        Asked { faces: faces || face_centroids, edges, centroids }
+    }
+}
+
+/// What of a cell is measured besides its volumes.
+#[derive(Clone, Copy)]
+pub(super) struct Asked {
+    pub(super) faces: bool,
+    pub(super) edges: bool,
+    /// Else only the first of the integrals over a cell is right.
+    pub(super) centroids: bool,
+}
+
 /// What each flag has of the cells of a box or window that a surface passes through.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]

@@ -1,6 +1,6 @@
 //! All cut cells of a box: planes of cells together, on all cores.
 
-use super::cells::{Asked, Border, Scene, Share, Shares, State};
+use super::cells::{Border, Scene, Share, Shares, State};
 use super::cut_cell::{CellSurface, CutCells, CutCellsJob, CutFlag, CutPart};
 use super::edges::{Insides, crossings};
 use super::integrals::{WHOLE, below_polygon, fixed, number};
@@ -193,8 +193,7 @@ impl Measure<'_> {
         pieces.find(&self.grid, &self.facets[facets], planes.clone());
         let insides = Insides { rule, kinds };
         let flag_of_rank = &frame.ranks.flag_of_rank;
-        let asked = Asked { faces: self.job.faces || self.job.face_centroids, edges: self.job.edges };
-        let scene = Scene { insides, flag_of_rank, is_oriented: &self.is_oriented, asked };
+        let scene = Scene { insides, flag_of_rank, is_oriented: &self.is_oriented, asked: self.job.asked() };
         let mut state = State::new(insides);
         let volumes = Volumes::new(&self.ruler);
         let areas = if self.job.surfaces { vec![Total::default(); frame.ranks.geometry_at.len()] } else { Vec::new() };

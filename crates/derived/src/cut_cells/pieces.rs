@@ -151,10 +151,10 @@ impl Pieces {
             }
         }
         // from the least corner on: whatever was cut off before
-        for index in 0..polygon.n {
-            let index = if index + first < polygon.n { index + first } else { index + first - polygon.n };
-            self.corners.push(corners[index]);
-            self.sides.push((polygon.side[index] + 1).saturating_sub(FIRST_FACE));
+        let sides = polygon.side.map(|side| (side + 1).saturating_sub(FIRST_FACE));
+        for some in [first..polygon.n, 0..first] {
+            self.corners.extend_from_slice(&corners[some.clone()]);
+            self.sides.extend_from_slice(&sides[some]);
         }
         self.found.push((row, Piece { start: start as u32, n: polygon.n as u8, ..piece }));
     }

@@ -20,6 +20,8 @@ pub(super) const MOST: usize = 9;
 pub(super) struct Whole {
     corners: [[i64; 3]; 3],
     normal: [i64; 3],
+    /// 1 by the size of each component of that.
+    per_normal: [f64; 3],
 }
 
 impl Whole {
@@ -33,7 +35,8 @@ impl Whole {
             let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
             u[i] * v[j] - u[j] * v[i]
         });
-        (normal != [0; 3]).then_some(Whole { corners, normal })
+        let per_normal = normal.map(|component| 1.0 / component.abs() as f64);
+        (normal != [0; 3]).then_some(Whole { corners, normal, per_normal })
     }
 
     /// Signs of its normal.
@@ -57,10 +60,11 @@ impl Whole {
         let (from, to) = (&self.corners[edge], &self.corners[(edge + 1) % 3]);
         let (rise, run) = (to[of] - from[of], to[axis] - from[axis]);
         let sign = run.signum();
-        let (whole, rest) = divided(rise * (place - from[axis]) * sign, run * sign);
+        let (by, number) = (run * sign, rise * (place - from[axis]) * sign);
+        let (whole, rest) = divided(number, by, number as f64 / by as f64);
         // it moves by rise / run where the plane does
         let is_below = axis < of && rise * sign > 0;
-        at(from[of] + whole, rest, run * sign, is_below)
+        at(from[of] + whole, rest, by, is_below)
     }
 
     /// Coordinate of the point where the facet meets the line of two planes.
@@ -70,11 +74,12 @@ impl Whole {
         let by = self.normal[of] * sign;
         let slopes = planes.map(|(axis, _)| -self.normal[axis] * sign);
         let runs = planes.map(|(axis, place)| place - self.corners[0][axis]);
-        let about = (slopes[0] as f64 * runs[0] as f64 + slopes[1] as f64 * runs[1] as f64) / by as f64;
+        let about = slopes[0] as f64 * runs[0] as f64 + slopes[1] as f64 * runs[1] as f64;
         // off by 2^30 / by at most: what is left has fewer than 60 bits, so that those beyond may wrap
-        let guess = floor(about);
+        let guess = floor(about * self.per_normal[of]);
         let sum = slopes[0].wrapping_mul(runs[0]).wrapping_add(slopes[1].wrapping_mul(runs[1]));
-        let (whole, rest) = divided(sum.wrapping_sub(guess.wrapping_mul(by)), by);
+        let left = sum.wrapping_sub(guess.wrapping_mul(by));
+        let (whole, rest) = divided(left, by, left as f64 * self.per_normal[of]);
         let first = (0..3).find(|&axis| axis == of || self.normal[axis] != 0).unwrap_or(of);
         let is_below = first != of && self.normal[first] * sign < 0;
         at(self.corners[0][of] + guess + whole, rest, by, is_below)
@@ -88,10 +93,10 @@ fn floor(number: f64) -> i64 {
     whole - i64::from(whole as f64 > number)
 }
 
-/// Quotient and remainder of a number of fewer than 60 bits by a positive one of at most 53.
+/// Quotient and remainder of a number of fewer than 60 bits by a positive one of at most 53, given about what the quotient is.
 #[inline(always)]
-fn divided(number: i64, by: i64) -> (i64, i64) {
-    let mut whole = floor(number as f64 / by as f64);
+fn divided(number: i64, by: i64, about: f64) -> (i64, i64) {
+    let mut whole = floor(about);
     let mut rest = number - whole * by;
     while rest < 0 {
         (whole, rest) = (whole - 1, rest + by);

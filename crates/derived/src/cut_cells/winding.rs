@@ -9,6 +9,7 @@
 //! sides as well. Otherwise (w - m) (w - m - 1), which is nowhere negative, is 0 everywhere exactly if its
 //! integral is 0.
 
+use super::cut_cell::Asked;
 use super::edges::{ACROSS, Crossing, Insides, at_corners, crossings, edges_of, ends_of, upper_edge_of};
 use super::integrals::*;
 use super::pieces::{Piece, Pieces};
@@ -60,7 +61,7 @@ impl Two {
 
 impl Winding {
     /// Takes in the pieces of a rank; the winding number at the low corner of the cell is known.
-    pub(super) fn find(&mut self, pieces: &Pieces, of_rank: &[Piece], first: i32, has_faces: bool) {
+    pub(super) fn find(&mut self, pieces: &Pieces, of_rank: &[Piece], first: i32, asked: Asked) {
         self.crossings.clear();
         (self.n_of_edge, self.edges, self.faces) = ([0; 12], [[0; 2]; 12], [[0; 3]; 6]);
         (self.n_of_face, self.cell, self.rank) = ([0; 6], [0; 4], of_rank[0].rank());
@@ -76,7 +77,7 @@ impl Winding {
             });
             let (corners, sides) = (pieces.corners(piece), pieces.sides(piece));
             for (at, &side) in
-                sides.iter().enumerate().filter(|(_, side)| if has_faces { **side > 0 } else { **side == 6 })
+                sides.iter().enumerate().filter(|(_, side)| if asked.faces { **side > 0 } else { **side == 6 })
             {
                 let face = usize::from(side - 1);
                 let next = if at + 1 == corners.len() { 0 } else { at + 1 };
@@ -84,7 +85,11 @@ impl Winding {
                 self.n_of_face[face] = self.n_of_face[face].saturating_add(1);
                 add(&mut self.faces[face], below_segment(strip.from, strip.to), strip.times);
             }
-            add(&mut self.cell, below_polygon(corners).0, 1);
+            if asked.centroids {
+                add(&mut self.cell, below_polygon(corners).0, 1);
+            } else {
+                self.cell[0] = self.cell[0].wrapping_add(fixed(below_polygon(corners).0[0]));
+            }
         }
         self.corners = at_corners(first, &losses);
     }

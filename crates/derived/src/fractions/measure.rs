@@ -20,7 +20,7 @@ use hexcast_core::grid::window::CellWindow;
 use hexcast_core::input::job::{FractionsJob, Rule};
 use hexcast_core::stages::inside::Kind;
 
-/// Measures the fractions in the cells of a window. `kinds` says of each rank whether it is inverted.
+/// Measures the fractions in the cells of a window by so many rays of a cell along each axis. `kinds` says of each rank whether it is inverted.
 ///
 /// # Errors
 /// `memory` where the fractions would take more than `max_bytes`; `cancelled`.
@@ -28,20 +28,20 @@ pub async fn fractions(
     (frame, lines): (&Frame, &Lines),
     window: CellWindow,
     (rule, kinds): (Rule, &[Kind]),
-    job: FractionsJob,
+    (job, rays): (FractionsJob, u32),
     max_bytes: u64,
     control: &Control,
 ) -> Result<Fractions> {
     let [ny, nz] = [1, 2].map(|axis| window.end[axis] - window.first[axis]);
     // planes of cells that go together: some thousands of rays
-    let planes_of_row = (RAYS / (job.rays * ny).max(1)).clamp(1, 16);
+    let planes_of_row = (RAYS / (rays * ny).max(1)).clamp(1, 16);
     let facets = FacetRows::new(frame, lines, window, planes_of_row);
     let measure = Measure {
         ruler: Ruler::new(lines, lines),
         window,
         facets: &facets,
-        cells: Columns::new(Refined::of_cells(frame, lines, job.rays, &window), (rule, kinds)),
-        faces: job.faces.then(|| Faces::new((frame, lines), window, job.rays, (rule, kinds))),
+        cells: Columns::new(Refined::of_cells(frame, lines, rays, &window), (rule, kinds)),
+        faces: job.faces.then(|| Faces::new((frame, lines), window, rays, (rule, kinds))),
         surfaces: job.surfaces.then(|| Surfaces::new(&facets, lines)),
         planes_of_row,
     };
@@ -68,9 +68,9 @@ pub async fn fractions(
             geometry_at.iter().zip(of_positions).for_each(|(&geometry, more)| areas[geometry].add(more));
         }
     }
-    let (ruler, of_cell) = (&measure.ruler, parts_of_cell(job.rays));
+    let (ruler, of_cell) = (&measure.ruler, parts_of_cell(rays));
     Ok(Fractions {
-        rays: job.rays,
+        rays,
         dims: window.dims(),
         origin: window.origin(),
         halo: window.halo,

@@ -46,10 +46,10 @@ pub(crate) struct MeasuredArguments {
     /// .vti, .vtr, .npy, .zarr or .zarr.zip
     #[arg(long, value_name = "FILE")]
     fractions: Option<PathBuf>,
-    /// How --fractions measures [default: rays]
+    /// How --fractions measures [default: exact, or rays where --fraction-rays is given]
     #[arg(long, value_name = "METHOD", requires = "fractions", value_enum)]
     fraction_method: Option<FractionsMethod>,
-    /// Rays of --fractions along each axis of a cell: 1, 2, 4, 8 or 16 [default: 4]
+    /// Rays of --fractions along each axis of a cell, with --fraction-method rays: 1, 2, 4, 8 or 16 [default: 4]
     #[arg(long, value_name = "M", requires = "fractions", value_parser = number::<u32>)]
     fraction_rays: Option<u32>,
     /// Also measure the fractions of all flags in each face of the cut cells
@@ -58,10 +58,10 @@ pub(crate) struct MeasuredArguments {
     /// Also measure area, centre and normal of the surface in each cut cell
     #[arg(long, requires = "fractions")]
     fraction_surfaces: bool,
-    /// Also measure the fractions of all flags in each edge of the cut cells, with --fraction-method exact
+    /// Also measure the fractions of all flags in each edge of the cut cells; rays do not measure them
     #[arg(long, requires = "fractions")]
     fraction_edges: bool,
-    /// Also measure the centre of what each flag has of a cut cell, and, with --fraction-faces, of each face, with --fraction-method exact
+    /// Also measure the centre of what each flag has of a cut cell, and, with --fraction-faces, of each face; rays do not measure them
     #[arg(long, requires = "fractions")]
     fraction_centroids: bool,
     /// Write the flags at the points of a staggered (Yee) grid to a file, .npz: edges, faces and cells, and the faces of sheets
@@ -168,16 +168,8 @@ impl MeasuredArguments {
         job.periodic = self.periodic.clone().unwrap_or_else(|| std::mem::take(&mut job.periodic));
         if self.fractions.is_some() {
             let fractions = job.fractions.get_or_insert_default();
-            fractions.method = self.fraction_method.unwrap_or(fractions.method);
-            if fractions.method == FractionsMethod::Exact && self.fraction_rays.is_some() {
-                let message = "--fraction-rays is given, but exact fractions are measured without rays";
-                return Err(Error::new(
-                    "job-conflict",
-                    message,
-                    "leave out --fraction-rays, or give --fraction-method rays",
-                ));
-            }
-            fractions.rays = self.fraction_rays.unwrap_or(fractions.rays);
+            fractions.method = self.fraction_method.or(fractions.method);
+            fractions.rays = self.fraction_rays.or(fractions.rays);
             fractions.faces |= self.fraction_faces;
             fractions.surfaces |= self.fraction_surfaces;
             fractions.edges |= self.fraction_edges;

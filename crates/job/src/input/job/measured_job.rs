@@ -77,34 +77,35 @@ impl Default for LinksJob {
     }
 }
 
-/// Rays of a cell along each axis where the job does not say.
+/// Rays of a cell along each axis where fractions are measured by rays and the job does not say by how many.
 const DEFAULT_RAYS: u32 = 4;
 
 /// How fractions of cells are measured.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(any(test, feature = "testing"), derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
 pub enum FractionsMethod {
-    /// By rays, of which `rays` says how many.
-    #[default]
-    Rays,
-    /// Exactly but for rounding, from the facets within each cell, whatever `rays` is.
+    /// Exactly but for rounding, from the facets within each cell.
     Exact,
+    /// By rays, of which `rays` says how many.
+    Rays,
 }
 
 /// Asks for the fraction of each flag in the cells that surfaces cut.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(any(test, feature = "testing"), derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 #[non_exhaustive]
 pub struct FractionsJob {
-    /// How they are measured.
-    pub method: FractionsMethod,
-    /// Rays of a cell along each of two axes: 1, 2, 4, 8 or 16; by default 4. The fraction of a cell that one plane cuts is off by less than
-    /// 1 / rays.
-    pub rays: u32,
+    /// How they are measured: by default exactly, or by rays where `rays` is given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub method: Option<FractionsMethod>,
+    /// Rays of a cell along each of two axes, of the method `rays`: 1, 2, 4, 8 or 16; by default 4. The fraction of a cell that one plane cuts is off by less
+    /// than 1 / rays.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rays: Option<u32>,
     /// Also measures which fraction of each face of these cells a flag has.
     pub faces: bool,
     /// Also measures area, centre and normal of the surface of each geometry in each cell.
@@ -115,10 +116,13 @@ pub struct FractionsJob {
     pub centroids: bool,
 }
 
-impl Default for FractionsJob {
-    fn default() -> FractionsJob {
-        let method = FractionsMethod::default();
-        FractionsJob { method, rays: DEFAULT_RAYS, faces: false, surfaces: false, edges: false, centroids: false }
+impl FractionsJob {
+    /// How many rays of a cell along each axis measure them; None where nothing is sampled.
+    pub fn by_rays(&self) -> Option<u32> {
+        match (self.method, self.rays) {
+            (Some(FractionsMethod::Exact), _) | (None, None) => None,
+            (Some(FractionsMethod::Rays), rays) | (None, rays) => Some(rays.unwrap_or(DEFAULT_RAYS)),
+        }
     }
 }
 

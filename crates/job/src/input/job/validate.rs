@@ -140,20 +140,20 @@ impl Job {
         }
         self.tensors.as_ref().map_or(Ok(()), TensorsJob::validate)?;
         let Some(fractions) = self.fractions else { return Ok(()) };
-        if !matches!(fractions.rays, 1 | 2 | 4 | 8 | 16) {
-            return Err(out_of_range(
-                "fractions.rays",
-                fractions.rays,
-                "1, 2, 4, 8 or 16 rays along each axis of a cell",
-            ));
+        if let Some(rays) = fractions.rays.filter(|rays| !matches!(rays, 1 | 2 | 4 | 8 | 16)) {
+            return Err(out_of_range("fractions.rays", rays, "1, 2, 4, 8 or 16 rays along each axis of a cell"));
         }
-        if fractions.method != FractionsMethod::Exact && (fractions.edges || fractions.centroids) {
+        if fractions.method == Some(FractionsMethod::Exact) && fractions.rays.is_some() {
+            let message = "fractions.rays is given, but exact fractions are measured without rays";
+            let hint = "leave out rays (--fraction-rays), or give the method \"rays\" (--fraction-method rays)";
+            return Err(Error::new("job-conflict", message, hint));
+        }
+        if fractions.by_rays().is_some() && (fractions.edges || fractions.centroids) {
             let asked = if fractions.edges { "edges" } else { "centroids" };
-            return Err(Error::new(
-                "job-conflict",
-                format!("fractions.{asked} is given, which rays do not measure"),
-                "give the method \"exact\" (--fraction-method exact)",
-            ));
+            let message = format!("fractions.{asked} is given, which rays do not measure");
+            let hint =
+                "leave out rays and the method (--fraction-rays, --fraction-method): then they are measured exactly";
+            return Err(Error::new("job-conflict", message, hint));
         }
         if self.close_gaps.is_some() {
             let message =
