@@ -10,11 +10,16 @@
 //! their surfaces. Who wants that of some alone names their flags: then the others are not there.
 //!
 //! # Practice
-//! Within a band around the surfaces numbers are exact; beyond it they are its width.
-//! Cost: some 130 bytes a facet, and columns of the points. Numbers take eight bytes each while they are written.
+//! Within a band around the surfaces numbers are exact; beyond it they are its width. A narrow band is scanned from the surface (`scan.rs`); in a wide one, and where all numbers
+//! are asked for, points look for what is nearest (`blocks.rs`).
+//! Cost: some 130 bytes a facet, 190 where it is scanned, and columns of the points. Numbers take eight bytes each while they are written.
 
 mod blocks;
 mod facet;
+mod features;
+mod scan;
+#[cfg(test)]
+mod tests;
 mod tree;
 
 use std::sync::Arc;
@@ -27,10 +32,15 @@ use hexcast_core::grid::lines::Lines;
 use hexcast_core::input::geometry::Geometry;
 
 use blocks::{Blocks, Memory};
+use features::Features;
+use scan::{Part, Scan};
 use tree::Tree;
 
 /// Points along y and z that a core fills together.
 const TOGETHER: u32 = 32;
+
+/// Up to as many cells a band is scanned from the surface. In a wider one many parts of a rough surface look at the same points.
+const MOST_SCANNED: f64 = 16.0;
 
 /// Signed distances of a box of points.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,6 +53,8 @@ pub struct Distance {
     /// The cell of the first point, counted in the box: 0 but for windows.
     pub origin: [u32; 3],
     tree: Arc<Tree>,
+    /// Where the band is narrow.
+    features: Option<Arc<Features>>,
     places: [Vec<f64>; 3],
     /// Codes of the points: 0, or rank + 1 of the geometry.
     codes: Columns,
@@ -74,7 +86,8 @@ impl Distance {
         max_bytes: u64,
     ) -> Result<Distance> {
         let n_facets = geometries.clone().map(|geometry| geometry.facets.len() as u64).sum::<u64>();
-        let n_bytes = Tree::n_bytes(n_facets);
+        let is_scanned = asked.band.is_some_and(|band| band <= MOST_SCANNED);
+        let n_bytes = Tree::n_bytes(n_facets) + if is_scanned { Features::n_bytes(n_facets) } else { 0 };
         if n_bytes > max_bytes {
             let message = format!(
                 "distances to {n_facets} facets take {n_bytes} bytes: {max_bytes} are left of the memory allowed"
@@ -94,7 +107,9 @@ impl Distance {
         });
         let is_inside = [0].iter().chain(flag_of_rank).map(|flag| *flag != 0).collect();
         let width = band.map_or(f64::INFINITY, |cells| cells * longest_edge(lines));
-        Ok(Distance { width, of_nodes, origin: first, tree: Arc::new(Tree::new(facets)), places, codes, is_inside })
+        let tree = Tree::new(facets);
+        let features = is_scanned.then(|| Arc::new(Features::new(tree.facets())));
+        Ok(Distance { width, of_nodes, origin: first, tree: Arc::new(tree), features, places, codes, is_inside })
     }
 
     /// Number of points on each axis.
@@ -126,10 +141,14 @@ impl Distance {
         let n_across = (ny as u32).div_ceil(TOGETHER).max(1);
         let starts = |number: u32| [number % n_across, number / n_across].map(|at| (at * TOGETHER) as usize);
         let n_of = |start: usize, n: usize| (n - start).min(TOGETHER as usize);
-        let filled = map_within(0..n_across * (nz as u32).div_ceil(TOGETHER), |memory: &mut Memory, number| {
+        let filled = map_within(0..n_across * (nz as u32).div_ceil(TOGETHER), |memory: &mut (Memory, Part), number| {
             let [y, z] = starts(number);
             let places = [of(0, 0, nx), of(1, y, n_of(y, ny)), of(2, z, n_of(z, nz))];
-            Blocks { tree: &self.tree, width: self.width, places }.distances(memory)
+            let (tree, width) = (&self.tree, self.width);
+            match &self.features {
+                Some(features) => Scan { tree, features, width, places }.distances(&mut memory.1),
+                None => Blocks { tree, width, places }.distances(&mut memory.0),
+            }
         });
         let mut distances = vec![0.0; nx * ny * nz];
         for (number, of_some) in (0u32..).zip(filled) {

@@ -74,12 +74,12 @@ pub fn sort_nearly_by_key<T, K: Ord>(list: &mut [T], key: impl Fn(&T) -> K) {
 
 /// Sorts a list on all cores.
 #[cfg(not(target_arch = "wasm32"))]
-pub(crate) fn par_sort<T: Ord + Send>(list: &mut [T]) {
+pub fn par_sort<T: Ord + Send>(list: &mut [T]) {
     list.par_sort_unstable();
 }
 
 #[cfg(target_arch = "wasm32")]
-pub(crate) fn par_sort<T: Ord>(list: &mut [T]) {
+pub fn par_sort<T: Ord>(list: &mut [T]) {
     sort(list);
 }
 

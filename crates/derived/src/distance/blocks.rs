@@ -13,6 +13,7 @@
 //! Source: ours. Cost: some tens of facets a point near the surface.
 
 use super::facet::Facet;
+use super::scan::Places;
 use super::tree::{Bounds, ROUNDING, Stack, Tree};
 
 /// Most points of a block along each axis.
@@ -21,9 +22,6 @@ const MAX_OF_BLOCK: usize = 4;
 const FAR: f64 = 2.0;
 /// Where more facets may be, points are looked at one by one, too.
 const MOST_NEAR: usize = 256;
-
-/// The coordinates of some points along each axis.
-pub(super) type Places<'a> = [&'a [f64]; 3];
 
 /// Memory that is used again.
 #[derive(Default)]
@@ -175,47 +173,4 @@ impl<'a> Blocks<'a> {
 fn between(one: &[f64; 3], other: &[f64; 3]) -> f64 {
     let [x, y, z] = [0, 1, 2].map(|axis| one[axis] - other[axis]);
     (x * x + y * y + z * z).sqrt()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Points near and far, of many blocks, one on each side of what [`FAR`] tells apart: the same bits as by all facets.
-    #[test]
-    fn numbers_do_not_depend_on_blocks() {
-        let mut state = 1u64;
-        let mut random = move |size: f64| {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 40) as f64 / f64::from(1 << 24) * size
-        };
-        let corners: Vec<[[f64; 3]; 3]> = (0..120)
-            .map(|index| {
-                let place = [0, 1, 2].map(|_| random(7.0));
-                [0, 1, 2].map(|_| place.map(|at| at + random(if index % 10 == 0 { 9.0 } else { 0.5 })))
-            })
-            .collect();
-        let facets: Vec<Facet> = corners.iter().map(Facet::new).collect();
-        let tree = Tree::new(corners);
-        let all = [41, 38, 27].map(|n| (0..n).map(|at| f64::from(at) * 0.61 - 1.0).collect::<Vec<f64>>());
-        let places = [0, 1, 2].map(|axis| &all[axis][..]);
-        for width in [f64::INFINITY, 4.0, 0.3] {
-            let found = Blocks { tree: &tree, width, places }.distances(&mut Memory::default());
-            let mut index = 0;
-            for z in &all[2] {
-                for y in &all[1] {
-                    for x in &all[0] {
-                        let squares = facets.iter().map(|facet| facet.square(&[*x, *y, *z]));
-                        let expected = squares.fold(f64::INFINITY, f64::min).sqrt().min(width);
-                        assert!(found[index].to_bits() == expected.to_bits(), "width {width}: ({x}, {y}, {z})");
-                        index += 1;
-                    }
-                }
-            }
-        }
-        assert_eq!(
-            Blocks { tree: &Tree::new(Vec::new()), width: 2.0, places }.distances(&mut Memory::default())[7],
-            2.0
-        );
-    }
 }

@@ -9,7 +9,7 @@ const LEAST_AREA: f64 = 1e-12;
 /// A facet, prepared for many points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Facet {
-    corners: Corners,
+    pub(super) corners: Corners,
     normal: [f64; 3],
     /// One over the squares of the lengths of its edges; 0 of none.
     per_square: [f64; 3],
@@ -30,11 +30,27 @@ impl Facet {
         Facet { corners: *corners, normal, per_square: squares.map(per), per_normal }
     }
 
+    /// Twice its area vector; None of a line or a point.
+    pub(super) fn normal(&self) -> Option<[f64; 3]> {
+        (self.per_normal > 0.0).then_some(self.normal)
+    }
+
+    /// The corners of an edge.
+    pub(super) fn edge(&self, number: usize) -> [[f64; 3]; 2] {
+        [self.corners[number], self.corners[(number + 1) % 3]]
+    }
+
+    /// From one corner of an edge to the other.
+    pub(super) fn along(&self, number: usize) -> [f64; 3] {
+        let [from, to] = self.edge(number);
+        minus(&to, &from)
+    }
+
     /// The square of the distance of a point.
     #[inline]
     pub(super) fn square(&self, point: &[f64; 3]) -> f64 {
         let from = self.corners.map(|corner| minus(point, &corner));
-        let edges = [0, 1, 2].map(|edge| minus(&self.corners[(edge + 1) % 3], &self.corners[edge]));
+        let edges = [0, 1, 2].map(|edge| self.along(edge));
         let side = |edge: usize| dot(&self.normal, &cross(&edges[edge], &from[edge]));
         let is_line = self.per_normal == 0.0;
         // what is nearest lies on an edge that the point is beyond, or else above the facet
@@ -63,15 +79,15 @@ fn square_of(of: &[f64; 3]) -> f64 {
     dot(of, of)
 }
 
-fn minus(one: &[f64; 3], other: &[f64; 3]) -> [f64; 3] {
+pub(super) fn minus(one: &[f64; 3], other: &[f64; 3]) -> [f64; 3] {
     [one[0] - other[0], one[1] - other[1], one[2] - other[2]]
 }
 
-fn dot(one: &[f64; 3], other: &[f64; 3]) -> f64 {
+pub(super) fn dot(one: &[f64; 3], other: &[f64; 3]) -> f64 {
     one[0] * other[0] + one[1] * other[1] + one[2] * other[2]
 }
 
-fn cross(one: &[f64; 3], other: &[f64; 3]) -> [f64; 3] {
+pub(super) fn cross(one: &[f64; 3], other: &[f64; 3]) -> [f64; 3] {
     [
         one[1] * other[2] - one[2] * other[1],
         one[2] * other[0] - one[0] * other[2],

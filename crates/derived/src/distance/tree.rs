@@ -59,6 +59,21 @@ impl Bounds {
         Bounds { low, high }
     }
 
+    /// Larger on both sides of each axis.
+    pub(super) fn widened(self, by: [f64; 3]) -> Bounds {
+        let moved = |end: [f64; 3], sign: f64| [0, 1, 2].map(|axis| end[axis] + sign * by[axis]);
+        Bounds { low: moved(self.low, -1.0), high: moved(self.high, 1.0) }
+    }
+
+    /// Ends along an axis.
+    pub(super) fn along(&self, axis: usize) -> [f64; 2] {
+        [self.low[axis], self.high[axis]]
+    }
+
+    fn touches(&self, other: &Bounds) -> bool {
+        (0..3).all(|axis| self.low[axis] <= other.high[axis] && other.low[axis] <= self.high[axis])
+    }
+
     /// The square of the least distance of what is within.
     #[inline]
     pub(super) fn square(&self, point: &[f64; 3]) -> f64 {
@@ -88,6 +103,30 @@ impl Tree {
         let bounds = facets.par_iter().map(|corners| Bounds::of(corners)).collect();
         let facets = facets.par_iter().map(Facet::new).collect();
         Tree { facets, bounds, nodes }
+    }
+
+    pub(super) fn facets(&self) -> &[Facet] {
+        &self.facets
+    }
+
+    #[inline]
+    pub(super) fn facet(&self, index: usize) -> &Facet {
+        &self.facets[index]
+    }
+
+    /// Hands over the facets whose bounds touch others.
+    pub(super) fn touching(&self, bounds: &Bounds, mut found: impl FnMut(usize)) {
+        let mut left: Vec<u32> = self.nodes.first().map(|_| 0).into_iter().collect();
+        while let Some(at) = left.pop() {
+            let node = &self.nodes[at as usize];
+            if !node.bounds.touches(bounds) {
+                continue;
+            }
+            node.facets().filter(|facet| self.bounds[*facet].touches(bounds)).for_each(&mut found);
+            if node.n == 0 {
+                left.extend([node.second, at + 1]);
+            }
+        }
     }
 
     pub(super) fn n_facets(&self) -> u64 {
