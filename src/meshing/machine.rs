@@ -21,7 +21,23 @@ pub fn available_bytes() -> Option<u64> {
 /// The same of a system whose files lie in a folder.
 pub fn available_bytes_in(root: &Path) -> Option<u64> {
     let of_system = value(&root.join("proc/meminfo"), "MemAvailable:").map(|kilobytes| kilobytes << 10);
-    [of_system, of_groups(root)].into_iter().flatten().min()
+    [of_system, least_of_groups(root, left_in)].into_iter().flatten().min()
+}
+
+/// The least that a control group around this process lets all of its processes hold; None where none has a limit.
+pub fn group_limit_bytes() -> Option<u64> {
+    group_limit_bytes_in(Path::new("/"))
+}
+
+/// The same of a system whose files lie in a folder.
+pub fn group_limit_bytes_in(root: &Path) -> Option<u64> {
+    // version 1 says that there is none with a number of nearly 2^63
+    least_of_groups(root, limit_of).filter(|limit| *limit < 1 << 62)
+}
+
+/// Bytes of memory that the system has; None where it does not say.
+pub fn total_bytes() -> Option<u64> {
+    value(Path::new("/proc/meminfo"), "MemTotal:").map(|kilobytes| kilobytes << 10)
 }
 
 /// What the files of a version of control groups are called.
@@ -37,8 +53,11 @@ const VERSION_2: Names =
 const VERSION_1: Names =
     Names { limits: &["memory.limit_in_bytes"], used: "memory.usage_in_bytes", free_to_go: "total_inactive_file" };
 
-/// What the control groups of this process leave; None where none has a limit.
-fn of_groups(root: &Path) -> Option<u64> {
+/// What a group allows, or what of that it leaves; None where it has no limit.
+type OfGroup = fn(&Path, &Names) -> Option<u64>;
+
+/// The least of the control groups of this process; None where none has a limit.
+fn least_of_groups(root: &Path, of_group: OfGroup) -> Option<u64> {
     let groups = std::fs::read_to_string(root.join("proc/self/cgroup")).ok()?;
     let mounts = std::fs::read_to_string(root.join("proc/self/mountinfo")).ok()?;
     let mounts: Vec<Mount> = mounts.lines().filter_map(Mount::read).collect();
@@ -49,7 +68,7 @@ fn of_groups(root: &Path) -> Option<u64> {
         let is_version_2 = controllers.is_empty();
         let mount = mounts.iter().find(|mount| mount.is_version_2 == is_version_2)?;
         let names = if is_version_2 { &VERSION_2 } else { &VERSION_1 };
-        (is_version_2 || is_memory).then(|| mount.left(root, path, names)).flatten()
+        (is_version_2 || is_memory).then(|| mount.least(root, path, (names, of_group))).flatten()
     };
     groups.lines().filter_map(of_line).min()
 }
@@ -76,20 +95,25 @@ impl Mount {
         Some(Mount { is_version_2, group: place.next()?, point: place.next()? })
     }
 
-    /// Bytes that a group and those around it leave.
-    fn left(&self, root: &Path, path: &str, names: &Names) -> Option<u64> {
+    /// The least of a group and those around it.
+    fn least(&self, root: &Path, path: &str, (names, of_group): (&Names, OfGroup)) -> Option<u64> {
         // a container may be told the name of its group outside, where it sees none
         let below = Path::new(path).strip_prefix(&self.group).unwrap_or(Path::new(""));
         let point = root.join(self.point.trim_start_matches('/'));
         let folder: PathBuf = point.join(below.strip_prefix("/").unwrap_or(below));
         let groups = folder.ancestors().take_while(|folder| folder.starts_with(&point));
-        groups.filter_map(|folder| left_in(folder, names)).min()
+        groups.filter_map(|folder| of_group(folder, names)).min()
     }
+}
+
+/// Bytes that one group allows; None where it has no limit.
+fn limit_of(folder: &Path, names: &Names) -> Option<u64> {
+    names.limits.iter().filter_map(|name| value(&folder.join(name), "")).min()
 }
 
 /// Bytes that one group leaves; None where it has no limit.
 fn left_in(folder: &Path, names: &Names) -> Option<u64> {
-    let limit = names.limits.iter().filter_map(|name| value(&folder.join(name), "")).min()?;
+    let limit = limit_of(folder, names)?;
     let used = value(&folder.join(names.used), "").unwrap_or(0);
     let free_to_go = value(&folder.join("memory.stat"), names.free_to_go).unwrap_or(0);
     Some(limit.saturating_sub(used.saturating_sub(free_to_go)))
@@ -136,6 +160,7 @@ mod tests {
             ("sys/fs/cgroup/user.slice/memory.current", "5000\n"),
         ];
         assert_eq!(available_bytes_in(system(&unlimited).path()), Some(16 * GIB));
+        assert_eq!(group_limit_bytes_in(system(&unlimited).path()), None);
     }
 
     #[test]
@@ -153,6 +178,7 @@ mod tests {
         ];
         let root = system(&files);
         assert_eq!(available_bytes_in(root.path()), Some(4 * GIB - 1_000_000_000));
+        assert_eq!(group_limit_bytes_in(root.path()), Some(4 * GIB));
         std::fs::write(root.path().join("sys/fs/cgroup/pods/memory.current"), "7516192768").unwrap();
         assert_eq!(available_bytes_in(root.path()), Some(GIB));
         std::fs::write(root.path().join("sys/fs/cgroup/pods/memory.high"), "7516192769").unwrap();
@@ -185,5 +211,6 @@ mod tests {
         // no limit is a number of 2^63 less a page
         std::fs::write(root.path().join("sys/fs/cgroup/memory/memory.limit_in_bytes"), "9223372036854771712").unwrap();
         assert_eq!(available_bytes_in(root.path()), Some(16 * GIB));
+        assert_eq!(group_limit_bytes_in(root.path()), None);
     }
 }

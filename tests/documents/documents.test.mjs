@@ -15,7 +15,16 @@ const SHORT = ['README.md', 'ARCHITECTURE.md'];
 const PAGES = readdirSync(path.join(ROOT, 'docs'), { recursive: true })
   .filter((name) => name.endsWith('.md') && !name.startsWith('api'))
   .map((name) => `docs/${name.replaceAll(path.sep, '/')}`);
-const OTHERS = ['CHANGELOG.md', 'www/README.md', 'python/README.md', 'capi/README.md', 'benches/RESULTS.md', 'paper/RESULTS.md'];
+const OTHERS = [
+  'CHANGELOG.md',
+  'CONTRIBUTING.md',
+  'SECURITY.md',
+  'www/README.md',
+  'python/README.md',
+  'capi/README.md',
+  'benches/RESULTS.md',
+  'paper/RESULTS.md',
+];
 const DOCUMENTS = [...SHORT, ...OTHERS, 'tests/fixtures/README.md', ...PAGES];
 
 const read = (file) => readFileSync(path.join(ROOT, file), 'utf8');
@@ -108,4 +117,12 @@ test('a link that leads nowhere is found, and code has no links', () => {
   assert.deepEqual(linksOf(text), ['d.md', 'x.md#y', 'p.png']);
   assert.deepEqual(anchorsOf(text), ['a-b--c', 'd', 'a-b--c-1']);
   assert.deepEqual(linksOf(withLinks(text, (link) => `to/${link}`)), ['to/d.md', 'to/x.md#y', 'to/p.png']);
+});
+
+test('the version of CITATION.cff is that of the crates, and the forms for issues ask for the machine', () => {
+  const [, version] = /^\[workspace\.package\]\nversion = "(.+)"$/m.exec(read('Cargo.toml')) ?? [];
+  assert.match(read('CITATION.cff'), new RegExp(`^version: ${version?.replaceAll('.', '\\.')}$`, 'm'));
+  for (const form of ['fault', 'wrong_cells']) {
+    assert.match(read(`.github/ISSUE_TEMPLATE/${form}.yml`), /label: What does `hexcast adapters --report` print\?/);
+  }
 });

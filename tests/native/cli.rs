@@ -332,10 +332,64 @@ fn gpu_adapters_are_listed() {
 }
 
 #[test]
+fn a_report_of_the_machine_says_versions_threads_memory_and_gpus() {
+    let report = done(&["adapters", "--report"]);
+    let fact = |name: &str| {
+        report.lines().find_map(|line| line.strip_prefix(name)).unwrap_or_else(|| panic!("{name}: {report}"))
+    };
+    assert!(fact("hexcast ").trim_start().starts_with(env!("CARGO_PKG_VERSION")), "{report}");
+    let n_threads = std::thread::available_parallelism().unwrap().to_string();
+    assert!(fact("threads ").trim_start().starts_with(&n_threads), "{report}");
+    let adapters = json(&["adapters", "--json"]);
+    let gpus = adapters.as_array().unwrap();
+    assert_eq!(report.lines().filter(|line| line.starts_with("gpu ")).count(), gpus.len().max(1), "{report}");
+    assert!(gpus.iter().all(|gpu| report.contains(gpu["driver"].as_str().unwrap())), "{report}");
+    if cfg!(target_os = "linux") {
+        assert!(["kernel ", "processor ", "memory "].iter().all(|name| fact(name).trim().len() > 3), "{report}");
+    }
+    // nothing that a report should not say
+    let private = ["HOME", "USER", "HOSTNAME"].map(|name| std::env::var(name).unwrap_or_default());
+    let said = |word: &&String| word.len() > 4 && report.contains(word.as_str());
+    assert_eq!(private.iter().find(said), None, "{report}");
+    assert!(report.lines().all(|line| line.len() < 200), "{report}");
+}
+
+#[test]
+fn every_command_has_a_page_for_man() {
+    let help = done(&["--help"]);
+    let commands = help.split("Commands:").nth(1).unwrap().split("Options:").next().unwrap();
+    let names: Vec<&str> = commands
+        .lines()
+        .filter(|line| line.starts_with("  ") && !line.starts_with("   "))
+        .filter_map(|line| line.split_whitespace().next())
+        .collect();
+    assert!(names.len() > 15 && names.contains(&"mesh") && names.contains(&"man"), "{names:?}");
+    // roff writes a hyphen as \\-
+    let page = |name: &str| done(&["man", name]).replace("\\-", "-");
+    for name in names {
+        let page = page(name);
+        assert!(page.contains(".TH") && page.contains(&format!("hexcast {name}")), "{name}: {page}");
+    }
+    for option in ["--cells", "--max-memory", "--output"] {
+        assert!(page("mesh").contains(option), "{option}: {}", page("mesh"));
+    }
+    assert!(done(&["man"]).contains("Exit codes"));
+    let refused = hexcast(&["man", "nothing"]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(
+        String::from_utf8_lossy(&refused.stderr).contains("there is no command \"nothing\": commands are info, "),
+        "{refused:?}"
+    );
+}
+
+#[test]
 fn completions_and_help_are_printed() {
-    assert!(done(&["completions", "bash"]).contains("hexcast"));
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let script = done(&["completions", shell]);
+        assert!(script.contains("hexcast") && script.contains("max-memory"), "{shell}");
+    }
     assert!(done(&["--help"]).contains("Exit codes:"));
-    for command in ["mesh", "info", "estimate", "adapters", "convert", "completions"] {
+    for command in ["mesh", "info", "estimate", "adapters", "convert", "completions", "man"] {
         assert!(done(&[command, "--help"]).contains("Example"), "{command}");
     }
 }

@@ -52,6 +52,7 @@ mod commands {
     pub(crate) mod info;
     pub(crate) mod job;
     pub(crate) mod leak;
+    pub(crate) mod man;
     pub(crate) mod merge;
     pub(crate) mod mesh;
     pub(crate) mod parts;
@@ -103,6 +104,7 @@ enum Command {
         /// The shell
         shell: clap_complete::Shell,
     },
+    Man(commands::man::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -157,6 +159,7 @@ fn run(command: Command, token: &CancelToken) -> Result<ExitCode> {
             clap_complete::generate(shell, &mut Cli::command(), "hexcast", &mut script);
             screen::terminal::print_exact(&String::from_utf8_lossy(&script))
         }
+        Command::Man(arguments) => commands::man::run(&arguments, screen::help::with_all(Cli::command())),
     }?;
     Ok(ExitCode::SUCCESS)
 }

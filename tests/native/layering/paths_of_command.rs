@@ -19,8 +19,8 @@ const OPENS: &[(&str, &[&str])] = &[
     ("tempdir_in", TEMPORARY),
     // what a store has, which its own process may have written
     ("fs::read(", &["files/place_of_store.rs", "commands/verify/stl.rs"]),
-    // what the system says of the process
-    ("fs::read_to_string", &["screen/memory.rs"]),
+    // what the system says of the process and the machine
+    ("fs::read_to_string", &["screen/memory.rs", "commands/adapters.rs"]),
     ("FilesystemStore::new", &[]),
 ];
 const TEMPORARY: &[&str] = &["files/temporary.rs"];

@@ -33,9 +33,14 @@ pub(crate) fn where_asked(command: Command, arguments: &[OsString]) -> Command {
     let is_group = |text: &str| text.starts_with('-') && !text.starts_with("--");
     let asks = |text: &str| matches!(text, "--help" | "help") || is_group(text) && text.contains('h');
     match arguments.iter().filter_map(|argument| argument.to_str()).any(asks) {
-        true => with_first_options(with_options_for_keys(command)),
+        true => with_all(command),
         false => command,
     }
+}
+
+/// The command with all of its help, for pages of it.
+pub(crate) fn with_all(command: Command) -> Command {
+    with_first_options(with_options_for_keys(command))
 }
 
 /// Says options where the sentences of a key name other keys of a job: `cell_size` is --cell-size here.
