@@ -1,5 +1,5 @@
-//! What solvers ask for: graded lines, links to walls, fractions of cells, flags on a staggered grid. `docs/lines.md`, `links.md`, `fractions.md` and
-//! `staggered.md` explain them.
+//! What solvers ask for: graded lines, links to walls, fractions of cells, flags on a staggered grid and at points. `docs/lines.md`,
+//! `links.md`, `fractions.md`, `staggered.md` and `points.md` explain them.
 //!
 //!     cargo run --example for_solvers -- board.stl patch.stl
 
@@ -75,6 +75,15 @@ pub(crate) fn staggered(mesher: &mut Mesher, body: &str) -> Result<(Vec<u8>, u64
     Ok((npz, in_body))
 }
 
+/// The flags at two points, in the body or not.
+pub(crate) fn points(mesher: &Mesher, body: &str) -> Result<Vec<u8>> {
+    let mut job = Job::new(vec![GeometryJob::new(body)]);
+    job.cells = Some(32);
+    let points = mesher.points(&job)?;
+    let flags = points.flags(&[[0.0, 0.1, 0.0], [9.0, 0.0, 0.0]], &Control::default())?;
+    Ok(flags)
+}
+
 fn main() -> Result<()> {
     let names: Vec<String> = std::env::args().skip(1).collect();
     let [board, patch] = &names[..] else {
@@ -88,5 +97,6 @@ fn main() -> Result<()> {
     println!("links: {} bytes, the shortest {nearest} of its length", records.len());
     println!("fractions: a volume of {}", fractions(&mut mesher, board)?.1);
     println!("staggered grid: {} edges along x inside", staggered(&mut mesher, board)?.1);
+    println!("points: flags {:?}", points(&mesher, board)?);
     Ok(())
 }

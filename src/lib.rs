@@ -94,6 +94,8 @@ pub use hexcast_gpu as gpu;
 pub use meshing::measured::{self, Measured};
 #[cfg(not(target_arch = "wasm32"))]
 pub use meshing::mesher::{self, Mesher, MesherOptions};
+#[doc(inline)]
+pub use meshing::pipeline::points;
 pub use meshing::scene::{self, Scene};
 pub use meshing::{converge, estimate, parts, pipeline, report};
 #[cfg(not(target_arch = "wasm32"))]

@@ -12,6 +12,7 @@ mod measured;
 mod mesh;
 mod meshing;
 mod pictures;
+mod points;
 mod run;
 mod scene;
 mod surface;
@@ -52,6 +53,7 @@ fn _hexcast(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<mesh::RawMesh>()?;
     module.add_class::<surface::Surface>()?;
     module.add_class::<scene::RawScene>()?;
+    module.add_class::<points::RawPoints>()?;
     module.add_function(wrap_pyfunction!(scene::scene, module)?)?;
     module.add_function(wrap_pyfunction!(read_job, module)?)?;
     module.add_function(wrap_pyfunction!(error_codes, module)?)?;
@@ -60,6 +62,7 @@ fn _hexcast(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(meshing::estimate, module)?)?;
     module.add_function(wrap_pyfunction!(meshing::parts, module)?)?;
     module.add_function(wrap_pyfunction!(meshing::converge, module)?)?;
+    module.add_function(wrap_pyfunction!(points::points, module)?)?;
     module.add_function(wrap_pyfunction!(pictures::draw_slices, module)?)?;
     module.add_function(wrap_pyfunction!(pictures::draw_view, module)?)?;
     module.add_function(wrap_pyfunction!(pictures::diff, module)?)?;

@@ -5,6 +5,7 @@
 use std::time::Instant;
 
 use crate::meshing::files::read_job_files;
+use crate::meshing::pipeline::points::PointFlags;
 use crate::meshing::pipeline::{self, Engine, MeshOptions};
 use crate::meshing::report::{CallerFacts, Report};
 use crate::meshing::scene::{Scene, Update};
@@ -157,6 +158,16 @@ impl Mesher {
         control: &Control,
     ) -> Result<DeviceMesh> {
         pollster::block_on(pipeline::mesh_on_device(job, sources, options, &self.engine, control))
+    }
+
+    /// Reads the files that a job names, for the flags at any points: see [`PointFlags`]. The backend does nothing for it.
+    ///
+    /// # Errors
+    /// Those of [`read_job_files`] and [`PointFlags::new`].
+    pub fn points(&self, job: &Job) -> Result<PointFlags> {
+        job.validate()?;
+        let control = Control::default();
+        PointFlags::new(job, read_job_files(job, &control)?, &MeshOptions::default(), &control)
     }
 
     fn mesh_read(

@@ -37,6 +37,7 @@ mod meshed;
 mod on_device;
 mod options;
 mod plates;
+pub mod points;
 mod prepare;
 mod remedies;
 mod shell_checks;

@@ -172,6 +172,7 @@ fn what_solvers_ask_for_is_as_the_command_writes_it() {
     let (npz, inside) = for_solvers::staggered(&mut mesher, SPOT).unwrap();
     assert!(npz == folder.bytes("y.npz"));
     assert_eq!(report["staggered"]["components"][0]["flags"][1], serde_json::json!({ "flag": 1, "points": inside }));
+    assert_eq!(for_solvers::points(&mesher, SPOT).unwrap(), [1, 0]);
 }
 
 /// The Rust of the documentation is that of the example.
@@ -180,7 +181,7 @@ fn documents_quote_the_example() {
     let tight = |text: &str| text.split_whitespace().collect::<String>();
     let read = |name: &str| std::fs::read_to_string(format!("{}/{name}", env!("CARGO_MANIFEST_DIR"))).unwrap();
     let example = tight(&read("examples/for_solvers.rs"));
-    for page in ["lines", "links", "fractions", "staggered"] {
+    for page in ["lines", "links", "fractions", "staggered", "points"] {
         let text = read(&format!("docs/{page}.md"));
         let quoted: Vec<&str> = text.split("```rust\n").skip(1).filter_map(|rest| rest.split("```").next()).collect();
         assert!(!quoted.is_empty(), "{page} has no example in Rust");

@@ -30,6 +30,7 @@ const GROUPS: &[(&str, &[&str])] = &[
             "facet",
             "snapping",
             "lattice",
+            "pillars",
             "crossings",
             "map",
             "slots",
@@ -40,7 +41,7 @@ const GROUPS: &[(&str, &[&str])] = &[
             "expected_crossings",
         ],
     ),
-    ("open_surfaces", &["open", "sheet", "doubt", "overlay"]),
+    ("open_surfaces", &["open", "sheet", "doubt", "overlay", "points"]),
     ("testing", &[]),
     (
         "derived",

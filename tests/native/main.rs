@@ -101,6 +101,7 @@ mod periodic_links;
 #[cfg(feature = "cli")]
 mod pictures;
 mod plates;
+mod points;
 mod properties;
 mod public_api;
 #[cfg(feature = "cli")]

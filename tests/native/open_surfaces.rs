@@ -57,7 +57,7 @@ pub(crate) fn without(facets: &[Facet], share: f64, seed: u64) -> Facets {
 
 /// What decides a cell.
 #[derive(Debug, PartialEq)]
-enum Expected {
+pub(crate) enum Expected {
     Sure(bool),
     ByWinding(bool),
     /// The winding number is too near to a half for f64.
@@ -67,65 +67,90 @@ enum Expected {
 /// A point or corner in units of 2^-200 of the snap, so that a centre can stand before itself by three very different lengths.
 pub(crate) type Exact = [BigInt; 3];
 
+/// A geometry by the definition.
+pub(crate) struct Definition {
+    rule: Rule,
+    /// Facets, those that are missing, and those that close other small holes.
+    exact: Vec<[Exact; 3]>,
+    placed: Vec<[[f64; 3]; 3]>,
+    /// Those that rays meet come first.
+    n_met: usize,
+    /// Lengths of a unit of the snap, and of the smallest cell along x.
+    ratio: [f64; 3],
+    smallest: f64,
+    bits: u64,
+}
+
+fn number(c: &BigInt) -> f64 {
+    i64::try_from(c).expect("26 bits") as f64
+}
+
+impl Definition {
+    pub(crate) fn new(facets: &Facets, lines: &Lines, rule: Rule) -> Definition {
+        let geometry = Geometry::new("g", 1, facets.clone()).unwrap();
+        let (mut snapped, bits) = oracle::snapped_facets(&geometry, lines);
+        let ratio: [f64; 3] = std::array::from_fn(|axis| lines.smallest()[axis] / f64::from(1u32 << bits));
+        let (missing, patches) = closing(&snapped, ratio);
+        snapped.extend(missing);
+        // rays do not meet what closes the other holes
+        let n_met = snapped.len();
+        snapped.extend(patches);
+        let exact: Vec<[Exact; 3]> =
+            snapped.iter().map(|facet| facet.each_ref().map(|corner| corner.each_ref().map(|c| c << 200u32))).collect();
+        let placed: Vec<[[f64; 3]; 3]> = snapped
+            .iter()
+            .map(|facet| facet.each_ref().map(|corner| std::array::from_fn(|axis| number(&corner[axis]) * ratio[axis])))
+            .collect();
+        Definition { rule, exact, placed, n_met, ratio, smallest: lines.smallest()[0], bits }
+    }
+
+    /// What decides a place, in units of the snap.
+    pub(crate) fn at(&self, place: &Exact) -> Expected {
+        let Definition { rule, exact, placed, n_met, ratio, smallest, .. } = self;
+        let before = [130u32, 65, 0].map(|power| BigInt::from(1) << power);
+        let point: Exact = std::array::from_fn(|axis| (&place[axis] << 200u32) - &before[axis]);
+        let rays: Vec<(i64, i64)> = (0..3).map(|axis| crossed(&exact[..*n_met], &point, axis)).collect();
+        let is_even = |&(below, above): &(i64, i64)| match rule {
+            Rule::Parity => (below + above) % 2 == 0,
+            Rule::Nonzero => below + above == 0,
+        };
+        let is_inside = |&(below, _): &(i64, i64)| if *rule == Rule::Parity { below % 2 != 0 } else { below != 0 };
+        let insides: Vec<bool> = rays.iter().map(is_inside).collect();
+        if rays.iter().all(is_even) && insides.iter().all(|&inside| inside == insides[0]) {
+            return Expected::Sure(insides[0]);
+        }
+        let at: [f64; 3] = std::array::from_fn(|axis| (number(&place[axis]) - [0.3, 0.2, 0.1][axis]) * ratio[axis]);
+        // the angle jumps where the centre passes a facet: there the side is exact
+        let angle = |(facet, exact): (&[[f64; 3]; 3], &[Exact; 3])| {
+            let angle = solid_angle(facet, at);
+            let is_turned = angle.abs() > std::f64::consts::PI && (angle > 0.0) != is_behind(exact, &point);
+            if is_turned { -angle } else { angle }
+        };
+        let sum: f64 = placed.iter().zip(exact).map(angle).sum();
+        let winding = sum / (4.0 * std::f64::consts::PI);
+        let whole = winding.round();
+        // on an edge the angle may be anything
+        let is_at_edge = placed.iter().any(|facet| distance_to_edges(facet, at) < 1e-4 * smallest);
+        if ((winding - whole).abs() - 0.5).abs() < 1e-4 || is_at_edge {
+            Expected::Open
+        } else if *rule == Rule::Parity {
+            Expected::ByWinding(whole.rem_euclid(2.0) == 1.0)
+        } else {
+            Expected::ByWinding(whole != 0.0)
+        }
+    }
+}
+
 /// Cells of one geometry, by the definition.
 fn expected(facets: &Facets, lines: &Lines, rule: Rule, fill: impl Fn([u32; 3], Expected)) {
-    let geometry = Geometry::new("g", 1, facets.clone()).unwrap();
-    let (mut snapped, bits) = oracle::snapped_facets(&geometry, lines);
-    let ratio: [f64; 3] = std::array::from_fn(|axis| lines.smallest()[axis] / f64::from(1u32 << bits));
-    let (missing, patches) = closing(&snapped, ratio);
-    snapped.extend(missing);
-    // rays do not meet what closes the other holes
-    let n_met = snapped.len();
-    snapped.extend(patches);
-    let exact: Vec<[Exact; 3]> =
-        snapped.iter().map(|facet| facet.each_ref().map(|corner| corner.each_ref().map(|c| c << 200u32))).collect();
-    let number = |c: &BigInt| -> f64 { i64::try_from(c).expect("26 bits") as f64 };
-    let placed: Vec<[[f64; 3]; 3]> = snapped
-        .iter()
-        .map(|facet| facet.each_ref().map(|corner| std::array::from_fn(|axis| number(&corner[axis]) * ratio[axis])))
-        .collect();
-    let centres = [0, 1, 2].map(|axis| oracle::centres(lines, axis, bits));
+    let definition = Definition::new(facets, lines, rule);
+    let centres = [0, 1, 2].map(|axis| oracle::centres(lines, axis, definition.bits));
     let [nx, ny, nz] = lines.dims();
     for z in 0..nz {
         for y in 0..ny {
             for x in 0..nx {
                 let centre: Exact = std::array::from_fn(|axis| centres[axis][[x, y, z][axis] as usize].clone());
-                let before = [130u32, 65, 0].map(|power| BigInt::from(1) << power);
-                let point: Exact = std::array::from_fn(|axis| (&centre[axis] << 200u32) - &before[axis]);
-                let rays: Vec<(i64, i64)> = (0..3).map(|axis| crossed(&exact[..n_met], &point, axis)).collect();
-                let is_even = |&(below, above): &(i64, i64)| match rule {
-                    Rule::Parity => (below + above) % 2 == 0,
-                    Rule::Nonzero => below + above == 0,
-                };
-                let is_inside =
-                    |&(below, _): &(i64, i64)| if rule == Rule::Parity { below % 2 != 0 } else { below != 0 };
-                let insides: Vec<bool> = rays.iter().map(is_inside).collect();
-                let cell = if rays.iter().all(is_even) && insides.iter().all(|&inside| inside == insides[0]) {
-                    Expected::Sure(insides[0])
-                } else {
-                    let at: [f64; 3] =
-                        std::array::from_fn(|axis| (number(&centre[axis]) - [0.3, 0.2, 0.1][axis]) * ratio[axis]);
-                    // the angle jumps where the centre passes a facet: there the side is exact
-                    let angle = |(facet, exact): (&[[f64; 3]; 3], &[Exact; 3])| {
-                        let angle = solid_angle(facet, at);
-                        let is_turned = angle.abs() > std::f64::consts::PI && (angle > 0.0) != is_behind(exact, &point);
-                        if is_turned { -angle } else { angle }
-                    };
-                    let sum: f64 = placed.iter().zip(&exact).map(angle).sum();
-                    let winding = sum / (4.0 * std::f64::consts::PI);
-                    let whole = winding.round();
-                    // on an edge the angle may be anything
-                    let is_at_edge =
-                        placed.iter().any(|facet| distance_to_edges(facet, at) < 1e-4 * lines.smallest()[0]);
-                    if ((winding - whole).abs() - 0.5).abs() < 1e-4 || is_at_edge {
-                        Expected::Open
-                    } else if rule == Rule::Parity {
-                        Expected::ByWinding(whole.rem_euclid(2.0) == 1.0)
-                    } else {
-                        Expected::ByWinding(whole != 0.0)
-                    }
-                };
-                fill([x, y, z], cell);
+                fill([x, y, z], definition.at(&centre));
             }
         }
     }
@@ -177,7 +202,7 @@ pub(crate) fn crossed(facets: &[[Exact; 3]], point: &Exact, axis: usize) -> (i64
     (below, above)
 }
 
-fn solid_angle(facet: &[[f64; 3]; 3], at: [f64; 3]) -> f64 {
+pub(crate) fn solid_angle(facet: &[[f64; 3]; 3], at: [f64; 3]) -> f64 {
     let q: Vec<[f64; 3]> = facet.iter().map(|corner| std::array::from_fn(|k| corner[k] - at[k])).collect();
     let dot = |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|k| a[k] * b[k]).sum::<f64>();
     let cross =
@@ -188,7 +213,7 @@ fn solid_angle(facet: &[[f64; 3]; 3], at: [f64; 3]) -> f64 {
 }
 
 /// Surfaces with holes, small enough for the definition.
-fn small_cases() -> Vec<(String, Facets, Rule)> {
+pub(crate) fn small_cases() -> Vec<(String, Facets, Rule)> {
     let bowl =
         models::sphere([4.0, 4.2, 4.1], 3.3, 10).into_iter().filter(|facet| facet.iter().all(|c| c[2] < 4.7)).collect();
     let mut open_box = models::cuboid([1.0, 1.5, 1.2], [7.0, 6.5, 7.3]);

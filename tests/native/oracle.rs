@@ -72,6 +72,29 @@ pub(crate) fn insides_around(
     geometries.iter().map(of_geometry).collect()
 }
 
+/// Flags at points anywhere, in world coordinates; all geometries are closed.
+pub(crate) fn flags_at(geometries: &[Geometry], lines: &Lines, rule: Rule, points: &[[f64; 3]]) -> Vec<u8> {
+    let bits = fraction_bits(geometries, lines);
+    let unit = |world: f64, axis: usize| rounded(exact(cells_from_world(world, lines, axis)), F64_PLACES - bits);
+    let places: Vec<Vector> = points.iter().map(|point| [0, 1, 2].map(|axis| unit(point[axis], axis))).collect();
+    let mut order: Vec<&Geometry> = geometries.iter().collect();
+    order.sort_by_key(|geometry| geometry.priority);
+    let mut flags = vec![0; points.len()];
+    for geometry in order {
+        let tetrahedra: Vec<Tetrahedron> = snapped(geometry, lines, bits).iter().filter_map(Tetrahedron::new).collect();
+        for (flag, _) in flags.iter_mut().zip(&places).filter(|(_, place)| is_inside(&tetrahedra, place, rule)) {
+            *flag = geometry.flag;
+        }
+    }
+    flags
+}
+
+/// Places along an axis in units of the snap, of a geometry that is alone in a box.
+pub(crate) fn unit_of(geometry: &Geometry, lines: &Lines, axis: usize, world: f64) -> BigInt {
+    let bits = fraction_bits(std::slice::from_ref(geometry), lines);
+    rounded(exact(cells_from_world(world, lines, axis)), F64_PLACES - bits)
+}
+
 /// Winding number of every geometry at every cell, x fastest, or its parity; and below the corners and centres that they come from.
 pub(crate) fn insides(geometries: &[Geometry], lines: &Lines, rule: Rule) -> Vec<Vec<i32>> {
     let (snapped, centres) = snapped_all(geometries, lines);

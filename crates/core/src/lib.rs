@@ -60,6 +60,7 @@ pub mod stages {
     pub mod kept;
     pub mod lattice;
     pub mod map;
+    pub mod pillars;
     pub mod slots;
     pub mod snapping;
 }
@@ -68,6 +69,7 @@ pub mod open_surfaces {
     pub mod doubt;
     pub mod open;
     pub mod overlay;
+    pub mod points;
     pub mod sheet;
 }
 /// What tests of several crates use.

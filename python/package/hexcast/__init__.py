@@ -117,7 +117,7 @@ def mesh(
     job, surfaces = job_of(what, options)
     how = (adapter, threads_of(threads), None if spill is None else os.fspath(spill), doubt)
     with follow(progress) as function:
-        return warn(Mesh(_hexcast.mesh(job, surfaces, how, function)))
+        return warn(Mesh(_hexcast.mesh(job, surfaces, how, function), (job, surfaces)))
 
 
 @with_options(JobOptions)

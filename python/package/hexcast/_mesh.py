@@ -9,7 +9,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Optional, Union
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from . import _hexcast
 from ._error import Error, InvalidValue, MeshWarning
@@ -37,6 +37,8 @@ if TYPE_CHECKING:
     import os
 
     import xarray
+
+    from ._surface import Surface
 
 #: What a mesh may have beside its cells.
 MEASURED = ("links", "fractions", "staggered", "conformal", "tensors", "distance", "doubt")
@@ -117,8 +119,10 @@ class Mesh:
     24
     """
 
-    def __init__(self, raw: _hexcast.RawMesh) -> None:
+    def __init__(self, raw: _hexcast.RawMesh, made_of: Optional[tuple[str, list[Optional[Surface]]]] = None) -> None:
         self._raw = raw
+        #: The job, and its surfaces that are in memory.
+        self._made_of = made_of
 
     def __repr__(self) -> str:
         return f"<hexcast.Mesh of {' x '.join(map(str, self.dims))} cells>"
@@ -129,7 +133,7 @@ class Mesh:
 
     def __getstate__(self) -> dict[str, Any]:
         # flags and runs are made anew
-        return {"_raw": self._raw, **self._measured()}
+        return {"_raw": self._raw, "_made_of": None, **self._measured()}
 
     def __array__(self, dtype: Any = None, copy: Optional[bool] = None) -> NDArray[Any]:
         """The flags, as NumPy's functions take them."""
@@ -264,6 +268,46 @@ class Mesh:
         if any(not 0 <= a <= b <= n for a, b, n in zip(low, high, self.dims)):
             message = f"the box from {low} to {high} is not inside the mesh of {' x '.join(map(str, self.dims))} cells"
             raise Error(message, "job-value", "give the first cell on x, y, z, and the end, exclusive")
+
+    def at(self, points: ArrayLike) -> NDArray[np.uint8]:
+        """The flags at any points: of each the flag of the geometry that holds it, which is not always that of its cell.
+
+        A point has the flag that a cell with its centre there would have: it is rounded to the grid that corners are rounded to, by at most
+        ``report["snap_in_cells"]`` cells along each axis, and then decided exactly. A point on a surface counts as a little nearer to the start of x, then of
+        y, then of z; where geometries overlap the higher priority wins, and of equal ones the later. Points beyond the box are decided, too.
+        Cells that only a rule for cells gives, such as ``fill`` and ``close_gaps``, give points no flag.
+
+        The first call reads files again, which may not have changed, and keeps the facets for later calls. Points near each other are fastest
+        one after the other.
+
+        :param points: x, y, z in the unit of the surfaces: an array of shape (..., 3), such as the nodes or the middles of elements.
+        :returns: uint8 of shape (...): a flag a point, 0 for the background.
+        :raises hexcast.Error: ``job-value`` for other shapes, or where a coordinate is not a number; ``job-conflict`` where the mesh was loaded, pickled or is a
+            scene's, so that it has no surfaces; ``surface-open`` where ``open="parity"`` leaves an open surface to the rays of a mesh; ``io`` where
+            a file has changed since; ``memory``.
+
+        >>> import hexcast
+        >>> from hexcast.shapes import sphere
+        >>> mesh = hexcast.mesh(sphere((0, 0, 0), 1.0), cells=8, backend="cpu")
+        >>> mesh.at([(0, 0, 0), (0.5, 0.5, 0.5), (0.7, 0.7, 0.7), (9, 0, 0)])
+        array([1, 1, 0, 0], dtype=uint8)
+        """
+        try:
+            places = np.asarray(points, np.float64)
+        except (TypeError, ValueError) as error:
+            raise InvalidValue(f"points are no array of numbers: {error}", "job-value", "give an array of shape (..., 3)") from error
+        if places.ndim == 0 or places.shape[-1] != 3:
+            raise InvalidValue(f"points have the shape {places.shape}", "job-value", "give an array of shape (..., 3): x, y, z of each")
+        return self._points.at(np.ascontiguousarray(places).reshape(-1)).reshape(places.shape[:-1])
+
+    @cached_property
+    def _points(self) -> _hexcast.RawPoints:
+        """The surfaces, ready to be asked."""
+        if self._made_of is None:
+            message = "a mesh that was loaded, pickled or made by a scene has cells, and no surfaces that hold points"
+            raise Error(message, "job-conflict", "mesh the surfaces again in this process: hexcast.mesh(...)")
+        digests = [given["blake3"] for given in self.report["inputs"]]
+        return _hexcast.points(*self._made_of, digests)
 
     def slabs(self, max_bytes: int = SLAB_BYTES) -> Iterator[Slab]:
         """Goes through all cells in slabs of whole planes across z.

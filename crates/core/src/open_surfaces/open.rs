@@ -41,7 +41,7 @@ mod holes;
 mod orient;
 mod votes;
 
-pub(crate) use caps::Shift;
+pub(crate) use caps::{CapAngles, Shift};
 use caps::{Cells, caps, shifts};
 use orient::orient;
 pub(crate) use votes::{Through, Votes};

@@ -28,6 +28,7 @@ use crate::stages::cpu::{self, Window};
 
 mod split;
 
+pub(crate) use split::Apart;
 use split::Kind;
 pub use split::Part;
 pub use split::split;

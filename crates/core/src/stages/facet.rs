@@ -119,14 +119,16 @@ impl Projected {
     }
 }
 
+/// Twice the area of a facet seen along its third coordinate, positive counter-clockwise.
 #[inline(always)]
-fn twice_area(corners: &[[i64; 3]; 3]) -> i64 {
+pub(crate) fn twice_area(corners: &[[i64; 3]; 3]) -> i64 {
     let [[x0, y0, _], [x1, y1, _], [x2, y2, _]] = *corners;
     (x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)
 }
 
+/// Change of its height times that area, over a unit along the first and the second.
 #[inline(always)]
-fn slope(corners: &[[i64; 3]; 3]) -> [i64; 2] {
+pub(crate) fn slope(corners: &[[i64; 3]; 3]) -> [i64; 2] {
     let [[x0, y0, z0], [x1, y1, z1], [x2, y2, z2]] = *corners;
     [(z1 - z0) * (y2 - y0) - (z2 - z0) * (y1 - y0), (x1 - x0) * (z2 - z0) - (x2 - x0) * (z1 - z0)]
 }

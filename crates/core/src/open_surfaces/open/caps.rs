@@ -140,10 +140,7 @@ pub(super) async fn shifts(
     sizes: [f64; 3],
     control: &Control,
 ) -> Result<Vec<Shift>> {
-    let unit = 1.0 / f64::from(1u32 << fraction_bits);
-    let scale = DVec3::from(sizes) / sizes[0];
-    let place = |corner: [i32; 3]| DVec3::from(corner.map(f64::from)) * unit * scale;
-    let triangles: Vec<Triangle> = caps.iter().filter_map(|&cap| Triangle::new(cap, place)).collect();
+    let CapAngles { triangles, unit, scale, before } = CapAngles::new(caps, fraction_bits, sizes);
     if triangles.is_empty() || cells.dims.contains(&0) {
         return Ok(Vec::new());
     }
@@ -153,7 +150,6 @@ pub(super) async fn shifts(
     let doubtful = 4.0 / 3.0 * PI * libm::pow(area / (2.0 * PI), 1.5) / scale.element_product();
     control.begin_holes(HoleWork::new(triangles.len() as u64, n_cells.min(doubtful as u64)));
     let tree = Tree::new(&triangles, control).await?;
-    let before = DVec3::from(BEFORE.map(f64::from)) / 32.0 * unit * scale;
     let first = cells.first;
     let field = Field { triangles, tree, centre: cells.centre, unit, scale, before, cancel: &control.cancel };
     let mut found =
@@ -166,6 +162,33 @@ pub(super) async fn shifts(
     let from_first = |cell: [u32; 3]| [0, 1, 2].map(|axis| cell[axis] - first[axis]);
     let of_box = |shift: Shift| Shift { low: from_first(shift.low), high: from_first(shift.high), ..shift };
     Ok(found.shifts.into_iter().map(of_box).collect())
+}
+
+/// The triangles of caps, whose solid angle is summed at single points.
+pub(crate) struct CapAngles {
+    triangles: Vec<Triangle>,
+    unit: f64,
+    scale: DVec3,
+    before: DVec3,
+}
+
+impl CapAngles {
+    /// Takes caps, counted from cell 0; `fraction_bits` and `sizes` are those of [`shifts`].
+    pub(crate) fn new(caps: &[SnappedFacet], fraction_bits: u32, sizes: [f64; 3]) -> CapAngles {
+        let unit = 1.0 / f64::from(1u32 << fraction_bits);
+        let scale = DVec3::from(sizes) / sizes[0];
+        let place = |corner: [i32; 3]| DVec3::from(corner.map(f64::from)) * unit * scale;
+        let triangles = caps.iter().filter_map(|&cap| Triangle::new(cap, place)).collect();
+        let before = DVec3::from(BEFORE.map(f64::from)) / 32.0 * unit * scale;
+        CapAngles { triangles, unit, scale, before }
+    }
+
+    /// m of a point, in units of the snap, by the sum over all triangles, in their order: that of a cell with its centre there.
+    pub(crate) fn shift_at(&self, point: [i32; 3]) -> i32 {
+        let place = DVec3::from(point.map(f64::from)) * self.unit * self.scale - self.before;
+        let theta = |triangle: &Triangle| triangle.theta_of_centre(point.map(i64::from), place);
+        (HALF - self.triangles.iter().map(theta).fold(0.0, |sum, theta| sum + theta)).floor() as i32
+    }
 }
 
 /// What is known of some cells.

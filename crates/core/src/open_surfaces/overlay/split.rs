@@ -35,7 +35,33 @@ pub(super) enum Kind {
     },
 }
 
+/// What decides a part, for points.
+pub(crate) enum Apart {
+    Open(OpenPart),
+    /// The facets of a geometry whose rays decide, to be inverted.
+    Inverted(Vec<SnappedFacet>),
+    /// Cells along a surface.
+    Along,
+}
+
 impl Part {
+    pub(crate) fn rank(&self) -> u8 {
+        self.rank
+    }
+
+    /// Whether it has the places that it does not decide to be inside.
+    pub(crate) fn inverts(&self) -> bool {
+        self.invert
+    }
+
+    pub(crate) fn into_apart(self) -> Apart {
+        match self.kind {
+            Kind::Open(part) => Apart::Open(part),
+            Kind::Inverted(frame) => Apart::Inverted(frame.facets),
+            Kind::Sheet { .. } => Apart::Along,
+        }
+    }
+
     /// Index of its geometry in the job.
     pub fn geometry(&self) -> usize {
         self.geometry
