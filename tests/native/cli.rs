@@ -364,14 +364,20 @@ fn every_command_has_a_page_for_man() {
         .filter_map(|line| line.split_whitespace().next())
         .collect();
     assert!(names.len() > 15 && names.contains(&"mesh") && names.contains(&"man"), "{names:?}");
-    // roff writes a hyphen as \\-
+    // roff writes a hyphen as \-
     let page = |name: &str| done(&["man", name]).replace("\\-", "-");
     for name in names {
         let page = page(name);
         assert!(page.contains(".TH") && page.contains(&format!("hexcast {name}")), "{name}: {page}");
     }
-    for option in ["--cells", "--max-memory", "--output"] {
-        assert!(page("mesh").contains(option), "{option}: {}", page("mesh"));
+    // an option has its name on one line, and its sentence on the next
+    let mesh = page("mesh");
+    let lines: Vec<&str> = mesh.lines().collect();
+    let options: Vec<_> = lines.windows(3).filter(|of| of[0] == ".TP" && of[1].contains("--")).collect();
+    assert!(options.len() > 70, "{}", options.len());
+    assert_eq!(options.iter().find(|of| of[2].len() < 10), None);
+    for word in ["--cells", "--max-memory", "--output", "--split", ".zarr.zip", "hexcast mesh part.stl --cells 256"] {
+        assert!(mesh.contains(word), "{word}: {mesh}");
     }
     assert!(done(&["man"]).contains("Exit codes"));
     let refused = hexcast(&["man", "nothing"]);

@@ -26,8 +26,9 @@ use crate::open_surfaces::overlay::{Apart, split};
 use crate::stages::inside::{Inside, Kind};
 use crate::stages::pillars::Pillars;
 
-/// Points that a core decides between two looks for a cancel.
+/// Points that a core decides between two looks for a cancel, and triangles of caps that it looks at for these.
 const AT_ONCE: usize = 1 << 12;
+const TRIANGLES_AT_ONCE: usize = 1 << 22;
 /// Bytes of a facet in its pillars, at most.
 const PILLAR_BYTES: u64 = 80;
 /// Most distance from the first centre that is told apart: far beyond all facets, which lie within 2^26 units.
@@ -120,10 +121,12 @@ impl PointBodies {
     /// `cancelled`.
     pub async fn flags(&self, points: &[[i32; 3]], control: &Control) -> Result<Vec<u8>> {
         let mut flags = vec![0; points.len()];
-        let n_at_once = AT_ONCE * 4 * current_num_threads();
+        let n_triangles: usize = self.open.iter().map(|body| body.angles.n_triangles()).sum();
+        let of_core = (TRIANGLES_AT_ONCE / (1 + n_triangles)).clamp(1, AT_ONCE);
+        let n_at_once = of_core * 4 * current_num_threads();
         for (points, flags) in points.chunks(n_at_once).zip(flags.chunks_mut(n_at_once)) {
             let mut pairs: Vec<(&[[i32; 3]], &mut [u8])> =
-                points.chunks(AT_ONCE).zip(flags.chunks_mut(AT_ONCE)).collect();
+                points.chunks(of_core).zip(flags.chunks_mut(of_core)).collect();
             on_all_cores(|| {
                 pairs.par_iter_mut().for_each(|(points, flags)| {
                     let mut inside = Inside::new(&self.kinds, self.rule);

@@ -56,12 +56,12 @@ struct Squares {
 
 impl Squares {
     fn counts(&self) -> [u64; 2] {
-        [0, 1].map(|side| 1 + (i64::from(self.high[side]) - i64::from(self.low[side]) >> self.bits) as u64)
+        [0, 1].map(|side| 1 + ((i64::from(self.high[side]) - i64::from(self.low[side])) >> self.bits) as u64)
     }
 
     /// The first and the last square along both sides of what lies within the box.
     fn under(&self, [low, high]: [[i32; 2]; 2]) -> [[usize; 2]; 2] {
-        let square = |side: usize, place: i32| (i64::from(place) - i64::from(self.low[side]) >> self.bits) as usize;
+        let square = |side: usize, place: i32| ((i64::from(place) - i64::from(self.low[side])) >> self.bits) as usize;
         [0, 1].map(|side| [square(side, low[side]), square(side, high[side])])
     }
 }
@@ -92,7 +92,8 @@ impl Pillars {
 
     /// The least size of squares of which there are no more than facets, and whose lists are not too long.
     fn choose_squares(&mut self) {
-        let most = ENTRIES_OF_FACET * self.facets.len() as u64 + FEW_ENTRIES;
+        // entries are counted in 32 bits; facets are fewer than 2^31
+        let most = (ENTRIES_OF_FACET * self.facets.len() as u64 + FEW_ENTRIES).min(u32::MAX.into());
         let n_squares = |squares: &Squares| squares.counts().iter().product::<u64>();
         while n_squares(&self.squares) > self.facets.len() as u64 {
             self.squares.bits += 1;

@@ -33,14 +33,14 @@ pub(crate) fn where_asked(command: Command, arguments: &[OsString]) -> Command {
     let is_group = |text: &str| text.starts_with('-') && !text.starts_with("--");
     let asks = |text: &str| matches!(text, "--help" | "help") || is_group(text) && text.contains('h');
     match arguments.iter().filter_map(|argument| argument.to_str()).any(asks) {
-        true => with_all(command),
+        true => with_first_options(with_options_for_keys(command)),
         false => command,
     }
 }
 
 /// The command with all of its help, for pages of it.
 pub(crate) fn with_all(command: Command) -> Command {
-    with_first_options(with_options_for_keys(command))
+    with_options_for_keys(command).mut_subcommand("mesh", |mesh| mesh.after_help(all_after()))
 }
 
 /// Says options where the sentences of a key name other keys of a job: `cell_size` is --cell-size here.
@@ -78,8 +78,13 @@ fn with_first_options(command: Command) -> Command {
             let is_first = argument.is_positional() || argument.get_long().is_some_and(|long| FIRST.contains(&long));
             argument.hide_short_help(!is_first)
         });
-        of_mesh.after_help(rest).after_long_help(format!("{EXAMPLES}\n\n{}", formats()))
+        of_mesh.after_help(rest).after_long_help(all_after())
     })
+}
+
+/// What follows the options of `mesh` where all are shown.
+fn all_after() -> String {
+    format!("{EXAMPLES}\n\n{}", formats())
 }
 
 /// The formats, by the names of outputs.

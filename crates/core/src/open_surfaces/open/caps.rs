@@ -183,6 +183,10 @@ impl CapAngles {
         CapAngles { triangles, unit, scale, before }
     }
 
+    pub(crate) fn n_triangles(&self) -> usize {
+        self.triangles.len()
+    }
+
     /// m of a point, in units of the snap, by the sum over all triangles, in their order: that of a cell with its centre there.
     pub(crate) fn shift_at(&self, point: [i32; 3]) -> i32 {
         let place = DVec3::from(point.map(f64::from)) * self.unit * self.scale - self.before;
