@@ -188,7 +188,7 @@ fn surfaces_boxes_priorities_and_insides_are_as_documented() {
     let points =
         [[1.0, 2.0, 2.0], [3.0, 2.0, 2.0], [2.0, 2.0, 3.0], [2.0, 2.0, 1.0], [2.5, 2.5, 2.5], [1e300, 2.0, 2.0]];
     let of = |geometry: GeometryJob| {
-        flags(&[cube.clone()], &set!(Job { geometries: vec![geometry], ..job.clone() }), &points)
+        flags(std::slice::from_ref(&cube), &set!(Job { geometries: vec![geometry], ..job.clone() }), &points)
     };
     assert_eq!(of(GeometryJob::default()), [0, 1, 1, 0, 1, 0]);
     assert_eq!(of(set!(GeometryJob { invert: true, ..GeometryJob::default() })), [1, 0, 0, 1, 0, 1]);
@@ -200,7 +200,7 @@ fn surfaces_boxes_priorities_and_insides_are_as_documented() {
     assert_eq!(of(set!(GeometryJob { fill: Some(Fill::Conservative), ..GeometryJob::default() })), [0, 1, 1, 0, 1, 0]);
     // infinity is far, and windows do not count
     let windowed = set!(Job { window: Some([0, 0, 0, 1, 1, 1]), ..job.clone() });
-    assert_eq!(flags(&[cube.clone()], &windowed, &[[f64::INFINITY, 2.0, 2.0], [2.0; 3]]), [0, 1]);
+    assert_eq!(flags(std::slice::from_ref(&cube), &windowed, &[[f64::INFINITY, 2.0, 2.0], [2.0; 3]]), [0, 1]);
     let (low, high) = (set!(GeometryJob { priority: 1, ..GeometryJob::default() }), GeometryJob::default());
     let both = [cube.clone(), models::cube([2.0; 3], 2.0)];
     let in_both =
@@ -228,7 +228,7 @@ fn of_three_hundred_geometries_each_has_its_points() {
 fn what_cannot_be_decided_is_an_error() {
     let cube = models::cube([1.0; 3], 2.0);
     let job = set!(Job { cells: Some(4), ..Job::default() });
-    let asked_cube = asked(&[cube.clone()], &job).unwrap();
+    let asked_cube = asked(std::slice::from_ref(&cube), &job).unwrap();
     let error = asked_cube.flags(&[[0.0; 3], [0.0, f64::NAN, 1.0]], &Control::default()).unwrap_err();
     assert_eq!((error.code(), &error.to_string()[..]), ("job-value", "point 1 is [0.0, NaN, 1.0]"));
     assert!(asked_cube.snap().iter().all(|&snap| snap > 0.0 && snap < 1e-6), "{:?}", asked_cube.snap());
@@ -242,7 +242,7 @@ fn what_cannot_be_decided_is_an_error() {
             geometries: vec![set!(GeometryJob { open: Some(policy), ..GeometryJob::default() })],
             ..job.clone()
         });
-        assert_eq!(asked(&[open.clone()], &job).err().map(|error| error.code()), Some(code), "{policy:?}");
+        assert_eq!(asked(std::slice::from_ref(&open), &job).err().map(|error| error.code()), Some(code), "{policy:?}");
     }
     let little = set!(Job { max_memory: Some(hexcast::job::ByteSize(1500)), ..job });
     assert_eq!(asked(&[cube], &little).err().map(|error| error.code()), Some("memory"));
