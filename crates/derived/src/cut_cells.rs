@@ -27,6 +27,7 @@ mod edges;
 mod fractions;
 mod integrals;
 mod measure;
+mod outline;
 mod pieces;
 mod polygon;
 mod sampled;
@@ -40,3 +41,11 @@ pub use cut_cell::{CellSurface, CutCells, CutCellsJob, CutFlag, CutPart};
 pub use fractions::exact_fractions;
 #[doc(hidden)]
 pub use measure::{CutBy, cut_cells};
+#[doc(hidden)]
+pub use outline::outline;
+
+/// The corners at the ends of an edge, for tests of what numbers them alike.
+#[cfg(test)]
+pub(crate) fn ends_of_edge(edge: usize) -> [usize; 2] {
+    edges::ends_of(edge)
+}

@@ -6,6 +6,7 @@
 
 use sha2::{Digest, Sha256};
 
+use crate::outline::Outline;
 use crate::staggered::SheetFace;
 use crate::walls::Walls;
 use hexcast_core::base::checksum::hex;
@@ -34,6 +35,7 @@ pub struct Mesh {
     pub(crate) unit: Option<String>,
     pub(crate) plates: Vec<SheetFace>,
     pub(crate) walls: Option<Walls>,
+    pub(crate) outline: Option<Outline>,
 }
 
 impl Mesh {
@@ -46,7 +48,7 @@ impl Mesh {
             let message = format!("the lines have {:?} cells, and the columns {:?}", lines.dims(), columns.dims());
             return Err(Error::new("job-conflict", message, "mesh again with these lines"));
         }
-        Ok(Mesh { lines, columns, names, unit, plates: Vec::new(), walls: None })
+        Ok(Mesh { lines, columns, names, unit, plates: Vec::new(), walls: None, outline: None })
     }
 
     /// Adds the faces of geometries without thickness.
@@ -57,6 +59,11 @@ impl Mesh {
     /// Adds the names of the faces between flags.
     pub fn with_walls(self, walls: Option<Walls>) -> Mesh {
         Mesh { walls, ..self }
+    }
+
+    /// Adds the outline of a fluid.
+    pub fn with_outline(self, outline: Option<Outline>) -> Mesh {
+        Mesh { outline, ..self }
     }
 
     /// Names the flags anew.
@@ -108,6 +115,11 @@ impl Mesh {
     /// Which solids made the faces between flags, where that was asked for. Column files do not have them.
     pub fn walls(&self) -> Option<&Walls> {
         self.walls.as_ref()
+    }
+
+    /// The outline of the cells of one flag, where that was asked for. Column files do not have it.
+    pub fn outline(&self) -> Option<&Outline> {
+        self.outline.as_ref()
     }
 
     /// Number of cells on x, y and z.
