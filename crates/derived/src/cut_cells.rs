@@ -30,6 +30,7 @@ mod measure;
 mod outline;
 mod pieces;
 mod polygon;
+pub mod polyhedra;
 mod sampled;
 pub mod tensors;
 #[cfg(test)]
@@ -43,9 +44,3 @@ pub use fractions::exact_fractions;
 pub use measure::{CutBy, cut_cells};
 #[doc(hidden)]
 pub use outline::outline;
-
-/// The corners at the ends of an edge, for tests of what numbers them alike.
-#[cfg(test)]
-pub(crate) fn ends_of_edge(edge: usize) -> [usize; 2] {
-    edges::ends_of(edge)
-}

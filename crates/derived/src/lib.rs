@@ -16,8 +16,6 @@ pub mod gaps;
 pub mod leak;
 pub mod links;
 pub mod mesh;
-pub mod outline;
-pub mod polyhedra;
 pub mod skin;
 pub mod staggered;
 /// What tests of several crates use.

@@ -4,9 +4,10 @@
 //! in file order, `flags[x + nx * (y + ny * z)]`, one slab ahead of the consumer.
 //! Cost: two slabs of memory; expansion runs at the speed of memory, beside the consumer.
 
+pub mod outline;
+
 use sha2::{Digest, Sha256};
 
-use crate::outline::Outline;
 use crate::staggered::SheetFace;
 use crate::walls::Walls;
 use hexcast_core::base::checksum::hex;
@@ -19,6 +20,7 @@ use hexcast_core::cells::flags::{
     CellBox, bits_of_box, expand, expand_bits, flags_of_box, n_bytes_of_bits, n_cells, slabs_of_box,
 };
 use hexcast_core::grid::lines::Lines;
+use outline::Outline;
 
 /// Bytes of a slab where the caller does not say: long enough to keep all cores busy, short enough for a browser.
 pub const SLAB_BYTES: usize = 32 << 20;

@@ -16,7 +16,7 @@ use hexcast_derived::cut_cells::{CutBy, exact_fractions, outline};
 use hexcast_derived::distance::Distance;
 use hexcast_derived::fractions::{Fractions, fractions};
 use hexcast_derived::links::{Field, Links};
-use hexcast_derived::outline::Outline;
+use hexcast_derived::mesh::outline::Outline;
 use hexcast_derived::staggered::Staggered;
 use hexcast_derived::walls;
 

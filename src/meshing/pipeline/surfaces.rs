@@ -166,7 +166,8 @@ pub(super) fn is_flat(frame: &Frame, position: usize) -> bool {
 fn no_volume(geometry: &Geometry, is_closed: bool, what: &str) -> Error {
     let Geometry { name, .. } = geometry;
     if is_closed {
-        let message = format!("geometry \"{name}\" has cells along its surface, but {what} are measured from volumes alone");
+        let message =
+            format!("geometry \"{name}\" has cells along its surface, but {what} are measured from volumes alone");
         return Error::new("job-conflict", message, format!("leave out fill and shell, or {what}"));
     }
     let message = format!("geometry \"{name}\" is not closed: it has no volume to measure {what} of");

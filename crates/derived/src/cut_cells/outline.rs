@@ -10,7 +10,7 @@ use super::cut_cell::CutCellsJob;
 use super::edges::{Crossing, Insides, at_corners, crossings, ends_of};
 use super::measure::{CutBy, Measure, PLANES, ROUND};
 use super::pieces::{Piece, Pieces};
-use crate::outline::{Outline, OutlineCell};
+use crate::mesh::outline::{Outline, OutlineCell};
 use hexcast_core::base::control::Control;
 use hexcast_core::base::error::{Error, Result};
 use hexcast_core::base::parallel::*;

@@ -11,9 +11,9 @@ use crate::export::{
     unit::metres,
 };
 use hexcast_core::base::error::{Error, Result};
+use hexcast_derived::cut_cells::polyhedra::{Behind, Face, Polyhedra};
 use hexcast_derived::mesh::Mesh;
-use hexcast_derived::outline::Outline;
-use hexcast_derived::polyhedra::{Behind, Face, Polyhedra};
+use hexcast_derived::mesh::outline::Outline;
 
 /// The outline of the one flag that is kept.
 ///

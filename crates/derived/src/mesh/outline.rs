@@ -1,6 +1,6 @@
 //! The outline of a fluid: on which side of its surface the corners of cut cells are, and where it crosses their edges.
 //!
-//! [`cut_cells::outline`](crate::cut_cells::outline) finds it, [`polyhedra`](crate::polyhedra) makes cells of it. All cells at an edge have the same numbers.
+//! [`cut_cells::outline`](crate::cut_cells::outline) finds it, [`polyhedra`](crate::cut_cells::polyhedra) makes cells of it. All cells at an edge have the same numbers.
 
 /// Of a cut cell: its corners are numbered by bits of x, y and z; its edges 4 along x, then y, then z, each at the low ends of the two other axes, at
 /// the high end of the first of them, at that of the second, and at both.

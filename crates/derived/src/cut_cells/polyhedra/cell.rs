@@ -4,7 +4,7 @@
 //! alone are in the fluid, it parts them. So what is on a face depends on its four corners alone, and both cells see the same. The corners of the fluid that edges of the cell join
 //! make a body; the surface closes each with loops over the segments on the faces.
 //!
-//! Corners, edges and faces are numbered as in [`crate::outline`]; all polygons run against the clock as seen from outside of the fluid.
+//! Corners, edges and faces are numbered as in [`crate::mesh::outline`]; all polygons run against the clock as seen from outside of the fluid.
 //!
 //! Source: marching cubes, Lorensen and Cline (1987), whose ambiguous faces are all decided alike here.
 
@@ -175,7 +175,7 @@ mod tests {
             let [low, high] = ends(number);
             assert_eq!(edge(low, high), number);
             assert_eq!(edge(high, low), number);
-            assert_eq!([low, high].map(usize::from), crate::cut_cells::ends_of_edge(number.into()));
+            assert_eq!([low, high].map(usize::from), crate::cut_cells::edges::ends_of(number.into()));
         }
     }
 }

@@ -26,7 +26,7 @@ mod tests;
 
 use std::collections::HashMap;
 
-use crate::outline::{Outline, OutlineCell};
+use crate::mesh::outline::{Outline, OutlineCell};
 use hexcast_core::base::error::{Error, Result};
 use hexcast_core::grid::lines::Lines;
 
