@@ -10,6 +10,7 @@
 //! Source: OpenFOAM user guide, mesh description. Cost: the memory of [`layers`](crate::export::layers).
 
 mod cut;
+mod lists;
 
 use crate::export::{
     format::Format,
@@ -22,6 +23,7 @@ use crate::export::{
 };
 use hexcast_core::base::error::{Error, Result};
 use hexcast_derived::mesh::Mesh;
+use lists::{LONGEST_NAME, MAX_LABEL, PARTS, SIDE_NAMES, file_names, head, list, note, put_label, put_patch};
 
 pub(in crate::export) static FORMAT: Format = Format {
     program: "OpenFOAM",
@@ -35,23 +37,6 @@ pub(in crate::export) static FORMAT: Format = Format {
     file_names,
     ..Format::new(&[".foam", "constant/polyMesh"], |job, name, files| Box::pin(write(job, name, files)))
 };
-
-/// Names of the patches on the sides of the box.
-const SIDE_NAMES: [&str; N_SIDES] = ["xMin", "xMax", "yMin", "yMax", "zMin", "zMax"];
-/// Most characters of a name.
-const LONGEST_NAME: usize = 60;
-/// Greatest label of an OpenFOAM of 32 bits, which is the usual one.
-const MAX_LABEL: u64 = i32::MAX as u64;
-
-/// The lists of a `polyMesh`.
-const PARTS: [&str; 6] = ["points", "faces", "owner", "neighbour", "boundary", "cellZones"];
-
-fn file_names(name: &str) -> Vec<String> {
-    let is_case = name.to_ascii_lowercase().ends_with(".foam");
-    let folder = if is_case { "constant/polyMesh" } else { name };
-    let case = is_case.then(|| name.to_string());
-    PARTS.iter().map(|part| format!("{folder}/{part}")).chain(case).collect()
-}
 
 /// Numbers of everything, and the faces of each patch.
 #[derive(Default)]
@@ -296,35 +281,4 @@ impl Case<'_> {
         // at most MAX_LABEL: all were counted
         put_label(out, self.is_ascii(), label)
     }
-}
-
-fn note(points: u64, cells: u64, faces: u64, internal: u64) -> String {
-    format!("    note \"nPoints:{points} nCells:{cells} nFaces:{faces} nInternalFaces:{internal}\";\n")
-}
-
-fn head(out: &mut Out, is_ascii: bool, (class, object): (&str, &str), note: &str) -> Result<()> {
-    // patches are text in either form
-    let format = if is_ascii || object == "boundary" { "ascii" } else { "binary" };
-    out.text(format_args!(
-        "FoamFile\n{{\n    version 2.0;\n    format {format};\n    arch \"LSB;label=32;scalar=64\";\n    class {class};\n{note}    \
-         location \"constant/polyMesh\";\n    object {object};\n}}\n\n"
-    ))
-}
-
-/// Begins a list of so many.
-fn list(out: &mut Out, is_ascii: bool, n: u64) -> Result<()> {
-    let newline = if is_ascii { "\n" } else { "" };
-    out.text(format_args!("{n}\n({newline}"))
-}
-
-/// Writes a number of a point, face or cell, at most [`MAX_LABEL`].
-fn put_label(out: &mut Out, is_ascii: bool, label: u64) -> Result<()> {
-    if is_ascii { out.text(format_args!("{label}\n")) } else { out.put(&(label as i32).to_le_bytes()) }
-}
-
-/// Writes a patch.
-fn put_patch(out: &mut Out, (patches, patch): (&Patches<'_>, usize), n: u64, start: u64) -> Result<()> {
-    let name = patches.name(patch);
-    let kind = if patches.is_open(patch) { "patch" } else { "wall" };
-    out.text(format_args!("{name}\n{{\n    type {kind};\n    nFaces {n};\n    startFace {start};\n}}\n"))
 }

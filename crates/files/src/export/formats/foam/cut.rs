@@ -3,7 +3,7 @@
 //! The files and patches are those of whole cells. Faces between cells come first, by owner, then by neighbour; then those of each patch, by owner. All cells are one zone. Cost: the memory of
 //! [`Polyhedra`], and 8 bytes a face.
 
-use super::{LONGEST_NAME, MAX_LABEL, PARTS, SIDE_NAMES, file_names, head, list, note, put_label, put_patch};
+use super::lists::{LONGEST_NAME, MAX_LABEL, PARTS, SIDE_NAMES, file_names, head, list, note, put_label, put_patch};
 use crate::export::{
     names::names,
     output::{Export, Files, Out},
