@@ -162,7 +162,8 @@ def test_cut_cells_around_and_in_a_sphere(tmp_path, form: str, fluid: int) -> No
     expected = inside if fluid else 64 - inside
     volume = float(re.search(r"Total volume = (\S+?)\. ", said)[1]) * 1e9
     print("volume", volume, "of", expected)
-    assert volume == pytest.approx(expected, rel=0.01 if fluid else 0.001)
+    # chords lie within a ball: that is off by the square of a sixth, a cell in radii
+    assert volume == pytest.approx(expected, rel=0.02 if fluid else 0.0015)
     patches = dict(re.findall(r"(\w+)\s*\{\s*type (\w+);", (case / "constant/polyMesh/boundary").read_text()))
     sides = {f"{axis}{end}": "patch" for axis in "xyz" for end in ("Min", "Max")}
     assert patches == ({"background": "wall"} if fluid else {**sides, "ball": "wall"})
