@@ -309,7 +309,8 @@ impl<'a> Build<'a> {
     /// The side of the box that all points lie in.
     fn side_of(&self, polygon: &[u32]) -> Option<u8> {
         let place = |side: u8| {
-            self.lines[usize::from(side / 2)][if side % 2 == 0 { 0 } else { self.dims[usize::from(side / 2)] as usize }]
+            self.lines[usize::from(side / 2)]
+                [if side.is_multiple_of(2) { 0 } else { self.dims[usize::from(side / 2)] as usize }]
         };
         (0..6).find(|&side| polygon.iter().all(|&at| self.points[at as usize][usize::from(side / 2)] == place(side)))
     }
