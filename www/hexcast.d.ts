@@ -63,6 +63,8 @@ export type ErrorCode =
   | 'geometry-too-far'
   | 'too-many-facets'
   | 'too-many-geometries'
+  /** A cut cell is not closed, which is an error of hexcast. */
+  | 'cut-open'
   /** Edges and faces outside metal are asked for, and no flag is metal. */
   | 'no-metal'
   /** Smoothed permittivity is asked for, and what a geometry is made of has none. */

@@ -58,7 +58,7 @@ pub use merge::merge;
 use meshed::Meshed;
 #[cfg(feature = "gpu")]
 pub use on_device::mesh_on_device;
-pub use options::{DEFAULT_MAX_BYTES, MeshOptions, SpillTarget};
+pub use options::{DEFAULT_MAX_BYTES, Fluid, MeshOptions, SpillTarget};
 use prepare::Task;
 pub use prepare::{Prepared, part_step, prepare};
 use surfaces::Surfaces;

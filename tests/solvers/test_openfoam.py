@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 import pytest
-from conftest import Model, hexcast, rod, run, save, save_solids
+from conftest import Model, hexcast, rod, run, save, save_solids, sphere
 
 import foam
 
@@ -144,3 +144,72 @@ def test_a_pipe_has_the_patches_of_its_solids(tmp_path) -> None:
     assert "does not know which facets" in hexcast(*other, cwd=tmp_path, ok=False)
     wrong = hexcast("mesh", *arguments[:-4], "-o", "x.inp", "--patches", "solid", "--open-patches", "intel", cwd=tmp_path, ok=False)
     assert '"intel"' in wrong and "inlet, outlet" in wrong.replace("wall, ", "")
+
+
+@pytest.mark.parametrize("form", ["--ascii", "binary"])
+@pytest.mark.parametrize("fluid", [1, 0])
+def test_cut_cells_around_and_in_a_sphere(tmp_path, form: str, fluid: int) -> None:
+    facets = sphere(1.0, 5)
+    save(tmp_path / "ball.stl", facets)
+    case = tmp_path / "case"
+    foam.system(case)
+    arguments = ["ball.stl:name=ball", "--domain", "-2,-2,-2,2,2,2", "--dims", "24,24,24", "--unit", "mm", "--backend", "cpu", "--cut"]
+    text = ["--ascii"] if form == "--ascii" else []
+    hexcast("mesh", *arguments, "--export-flags", fluid, *text, "-o", "case/ball.foam", cwd=tmp_path)
+    said = run("checkMesh", "-allTopology", "-case", case, cwd=tmp_path)
+    assert "\nMesh OK." in said, said
+    inside = np.linalg.det(facets).sum() / 6
+    expected = inside if fluid else 64 - inside
+    volume = float(re.search(r"Total volume = (\S+?)\. ", said)[1]) * 1e9
+    print("volume", volume, "of", expected)
+    # chords lie within a ball: that is off by the square of a sixth, a cell in radii
+    assert volume == pytest.approx(expected, rel=0.02 if fluid else 0.0015)
+    patches = dict(re.findall(r"(\w+)\s*\{\s*type (\w+);", (case / "constant/polyMesh/boundary").read_text()))
+    sides = {f"{axis}{end}": "patch" for axis in "xyz" for end in ("Min", "Max")}
+    assert patches == ({"background": "wall"} if fluid else {**sides, "ball": "wall"})
+
+
+def test_flow_through_a_pipe_of_cut_cells(tmp_path) -> None:
+    """Q = pi r^4 dp / (8 mu L), with 8 cells across."""
+    radius, length = 5.0, 20.0
+    save(tmp_path / "rod.stl", rod(radius, 30.0, 720) - np.array([5.0, 0, 0]))
+    case = tmp_path / "case"
+    foam.system(case)
+    domain = ["--domain", f"0,{-radius},{-radius},{length},{radius},{radius}", "--dims", "8,8,8"]
+    hexcast("mesh", "rod.stl:name=fluid", *domain, "--unit", "mm", "--backend", "cpu", "--cut", "-o", "case/tube.foam", cwd=tmp_path)
+    said = run("checkMesh", "-allTopology", "-case", case, cwd=tmp_path)
+    assert "\nMesh OK." in said, said
+    ends = '"y.*|z.*|background" {type noSlip;} "x.*" {type zeroGradient;}'
+    foam.write(case / "0/U", "volVectorField", f"dimensions [0 1 -1 0 0 0 0]; internalField uniform (0 0 0); boundaryField {{{ends}}}")
+    ends = 'xMin {type fixedValue; value uniform 1.6e-5;} xMax {type fixedValue; value uniform 0;} "y.*|z.*|background" {type zeroGradient;}'
+    foam.write(case / "0/p", "volScalarField", f"dimensions [0 2 -2 0 0 0 0]; internalField uniform 0; boundaryField {{{ends}}}")
+    foam.write(case / "constant/transportProperties", "dictionary", "transportModel Newtonian; nu 1e-6;")
+    foam.write(case / "constant/turbulenceProperties", "dictionary", "simulationType laminar;")
+    run("simpleFoam", "-case", case, cwd=tmp_path)
+    last = max((path for path in case.iterdir() if path.name.isdigit()), key=lambda path: int(path.name))
+    text = (last / "phi").read_text()
+    flux = re.search(r"value\s+nonuniform List<scalar>\s*\d*\s*\(([^)]*)\)", text[text.index("xMax") :])
+    flow = sum(map(float, flux[1].split()))
+    poiseuille = np.pi * (radius * 1e-3) ** 4 * 1.6e-5 / (8 * 1e-6 * length * 1e-3)
+    print("flow", flow, "Poiseuille", poiseuille)
+    assert flow == pytest.approx(poiseuille, rel=0.006)
+
+
+def test_cut_cells_that_cannot_be_made_are_refused(tmp_path) -> None:
+    save(tmp_path / "ball.stl", sphere(1.0, 2))
+    save(tmp_path / "open.stl", sphere(1.0, 2)[:-1])
+    (tmp_path / "case").mkdir()
+    common = ["--cells", "8", "--unit", "mm", "--backend", "cpu", "--cut", "-o", "case/a.foam"]
+
+    def failed(*arguments: str) -> str:
+        said = hexcast("mesh", *arguments, cwd=tmp_path, ok=False)
+        assert list((tmp_path / "case").iterdir()) == []
+        return said
+
+    assert "is not closed: it has no volume to measure cut cells of" in failed("open.stl", *common)
+    assert "cut cells are those of one fluid, and geometries have the flags 1, 2" in failed("ball.stl:flag=1", "ball.stl:flag=2", *common)
+    assert "and no geometry has it" in failed("ball.stl", *common, "--export-flags", "9")
+    assert "--cut is given with 2 flags to export" in failed("ball.stl", *common, "--export-flags", "0,1")
+    assert "no output can have cut cells" in failed("ball.stl", *common[:-1], "a.msh")
+    hexcast("mesh", "ball.stl", *common[:6], "-o", "m.hxc", cwd=tmp_path)
+    assert "column files do not hold it" in hexcast("convert", "m.hxc", "case/a.foam", "--cut", cwd=tmp_path, ok=False)

@@ -27,8 +27,10 @@ mod edges;
 mod fractions;
 mod integrals;
 mod measure;
+mod outline;
 mod pieces;
 mod polygon;
+pub mod polyhedra;
 mod sampled;
 pub mod tensors;
 #[cfg(test)]
@@ -40,3 +42,5 @@ pub use cut_cell::{CellSurface, CutCells, CutCellsJob, CutFlag, CutPart};
 pub use fractions::exact_fractions;
 #[doc(hidden)]
 pub use measure::{CutBy, cut_cells};
+#[doc(hidden)]
+pub use outline::outline;

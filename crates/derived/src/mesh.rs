@@ -4,6 +4,8 @@
 //! in file order, `flags[x + nx * (y + ny * z)]`, one slab ahead of the consumer.
 //! Cost: two slabs of memory; expansion runs at the speed of memory, beside the consumer.
 
+pub mod outline;
+
 use sha2::{Digest, Sha256};
 
 use crate::staggered::SheetFace;
@@ -18,6 +20,7 @@ use hexcast_core::cells::flags::{
     CellBox, bits_of_box, expand, expand_bits, flags_of_box, n_bytes_of_bits, n_cells, slabs_of_box,
 };
 use hexcast_core::grid::lines::Lines;
+use outline::Outline;
 
 /// Bytes of a slab where the caller does not say: long enough to keep all cores busy, short enough for a browser.
 pub const SLAB_BYTES: usize = 32 << 20;
@@ -34,6 +37,7 @@ pub struct Mesh {
     pub(crate) unit: Option<String>,
     pub(crate) plates: Vec<SheetFace>,
     pub(crate) walls: Option<Walls>,
+    pub(crate) outline: Option<Outline>,
 }
 
 impl Mesh {
@@ -46,7 +50,7 @@ impl Mesh {
             let message = format!("the lines have {:?} cells, and the columns {:?}", lines.dims(), columns.dims());
             return Err(Error::new("job-conflict", message, "mesh again with these lines"));
         }
-        Ok(Mesh { lines, columns, names, unit, plates: Vec::new(), walls: None })
+        Ok(Mesh { lines, columns, names, unit, plates: Vec::new(), walls: None, outline: None })
     }
 
     /// Adds the faces of geometries without thickness.
@@ -57,6 +61,11 @@ impl Mesh {
     /// Adds the names of the faces between flags.
     pub fn with_walls(self, walls: Option<Walls>) -> Mesh {
         Mesh { walls, ..self }
+    }
+
+    /// Adds the outline of a fluid.
+    pub fn with_outline(self, outline: Option<Outline>) -> Mesh {
+        Mesh { outline, ..self }
     }
 
     /// Names the flags anew.
@@ -108,6 +117,11 @@ impl Mesh {
     /// Which solids made the faces between flags, where that was asked for. Column files do not have them.
     pub fn walls(&self) -> Option<&Walls> {
         self.walls.as_ref()
+    }
+
+    /// The outline of the cells of one flag, where that was asked for. Column files do not have it.
+    pub fn outline(&self) -> Option<&Outline> {
+        self.outline.as_ref()
     }
 
     /// Number of cells on x, y and z.

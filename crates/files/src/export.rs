@@ -86,6 +86,11 @@ impl Exporter {
         self.format().has_ascii
     }
 
+    /// Whether cells can be cut at the surface of a fluid.
+    pub fn cuts(self) -> bool {
+        self.format().cuts
+    }
+
     /// Whether only some flags can be exported.
     pub fn has_flags(self) -> bool {
         self.format().has_flags

@@ -112,6 +112,7 @@ impl Stages<'_> {
         let (plates, walls) = (borders.plates, borders.walls);
         let mesh =
             Mesh::new(lines.clone(), columns, names, prepared.unit.clone())?.with_plates(plates).with_walls(walls);
+        let mesh = mesh.with_outline(measured.outline);
         let columns = mesh.columns();
         // a geometry may well have no cell in a window
         let has_whole = prepared.window.is_none();

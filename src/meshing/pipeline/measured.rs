@@ -6,17 +6,19 @@ use super::meshed::Meshed;
 use super::prepare::{Prepared, Task};
 use super::surfaces::Uncut;
 use hexcast_core::base::control::Control;
-use hexcast_core::base::error::Result;
+use hexcast_core::base::error::{Error, Result};
 use hexcast_core::cells::columns::Columns;
 use hexcast_core::input::job::Job;
 use hexcast_core::stages::inside::Kind;
 use hexcast_derived::cut_cells::conformal::Conformal;
 use hexcast_derived::cut_cells::tensors::Tensors;
-use hexcast_derived::cut_cells::{CutBy, exact_fractions};
+use hexcast_derived::cut_cells::{CutBy, exact_fractions, outline};
 use hexcast_derived::distance::Distance;
 use hexcast_derived::fractions::{Fractions, fractions};
 use hexcast_derived::links::{Field, Links};
+use hexcast_derived::mesh::outline::Outline;
 use hexcast_derived::staggered::Staggered;
+use hexcast_derived::walls;
 
 /// What a job asks for beside the cells.
 #[derive(Default)]
@@ -27,6 +29,7 @@ pub(super) struct Measured {
     pub(super) conformal: Option<Conformal>,
     pub(super) distance: Option<Distance>,
     pub(super) tensors: Option<Tensors>,
+    pub(super) outline: Option<Outline>,
 }
 
 impl Measured {
@@ -51,7 +54,8 @@ impl Measured {
         let tensors = uncut.tensors(task, bytes_left, backend).await?;
         // those before it are counted by no number of their own
         let distance = uncut.distance(task, bytes_left, backend).await?;
-        Ok(Measured { links, fractions, staggered, conformal, tensors, distance })
+        let outline = uncut.outline(task, bytes_left).await?;
+        Ok(Measured { links, fractions, staggered, conformal, tensors, distance, outline })
     }
 }
 
@@ -85,6 +89,33 @@ impl Uncut {
         let (frame, kinds) = (&self.frame, &self.kinds);
         let field = Field { frame, rule: job.rule, kinds, columns, first, window, is_plain, periodic };
         field.links(links, max_bytes, control).await.map(Some)
+    }
+
+    /// The outline of a fluid that the caller asks for, of at most so many bytes.
+    ///
+    /// # Errors
+    /// `job-conflict` for a window, and where gaps are closed, which no surface bounds; those of [`outline`].
+    pub(super) async fn outline(&self, task: &Task<'_>, max_bytes: u64) -> Result<Option<Outline>> {
+        let &Task { job, options, prepared, control, .. } = task;
+        let Some(fluid) = options.outline else { return Ok(None) };
+        let fluid = fluid.flag(&prepared.geometries)?;
+        if prepared.window.is_some() || job.close_gaps.is_some() {
+            let message = "cut cells are made of a whole box, whose gaps stay open";
+            return Err(Error::new("job-conflict", message, "leave out window, part and close_gaps, or cut"));
+        }
+        // this frame, and the facets by planes
+        let max_bytes = max_bytes.saturating_sub(2 * 38 * self.frame.facets.len() as u64);
+        let is_oriented = self.are_oriented();
+        let (frame, lines, kinds) = (&self.frame, &prepared.whole, &self.kinds[..]);
+        let by = CutBy { frame, lines, rule: job.rule, kinds, is_oriented: &is_oriented };
+        let (names, first_of) = walls::names(&prepared.geometries);
+        let wall_of = |facet: u32| {
+            let position = usize::from(frame.position_of_facet[facet as usize]);
+            let index = frame.ranks.geometry_at[position];
+            let in_geometry = (facet as usize - frame.range_at(position).start) as u64;
+            first_of[index] + prepared.geometries[index].solid_of(in_geometry) as u32
+        };
+        outline(by, (fluid, names), &wall_of, max_bytes, control).await.map(Some)
     }
 
     /// The fractions of cells that a job asks for, of at most so many bytes.

@@ -47,13 +47,13 @@ pub(super) fn memory_of(job: &Job, options: &MeshOptions, prepared: &Prepared, c
 /// # Errors
 /// `memory`.
 pub(super) fn check_copies(
-    job: &Job,
+    (job, options): (&Job, &MeshOptions),
     (frame, closed): (&Frame, &[Closed]),
     prepared: &Prepared,
     memory: &Memory,
 ) -> Result<()> {
     let n_all = frame.facets.len() as u64;
-    let is_measured = job.is_measured();
+    let is_measured = job.is_measured() || options.outline.is_some();
     let mut bytes = if is_measured { SNAPPED_BYTES * n_all } else { 0 };
     let mut has_parts = false;
     for (position, &index) in frame.ranks.geometry_at.iter().enumerate() {

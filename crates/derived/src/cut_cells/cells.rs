@@ -53,6 +53,19 @@ impl<'a> State<'a> {
         self.hold(rank);
     }
 
+    /// Of a rank.
+    pub(super) fn winding(&self, rank: u8) -> i32 {
+        self.windings[usize::from(rank)]
+    }
+
+    /// The highest rank that is inside where some have other winding numbers.
+    pub(super) fn winner_with(&self, others: &[(u8, i32)]) -> Option<u8> {
+        let mut but = [0; 4];
+        others.iter().for_each(|(rank, _)| but[usize::from(rank / 64)] |= 1u64 << (rank % 64));
+        let inside = others.iter().filter(|(rank, winding)| self.insides.holds(*rank, *winding));
+        self.winner(&but).max(inside.map(|(rank, _)| *rank).max())
+    }
+
     /// The highest rank that is inside, of all but some.
     pub(super) fn winner(&self, but: &[u64; 4]) -> Option<u8> {
         let word = (0..4).rev().find(|&word| self.held[word] & !but[word] != 0)?;

@@ -20,7 +20,7 @@ use hexcast_core::stages::inside::Kind;
 /// Planes that go together.
 pub(super) const PLANES: u32 = 4;
 /// Such planes of a round, after which cancel is looked at; wasm has one thread.
-const ROUND: usize = if cfg!(target_arch = "wasm32") { 8 } else { 64 };
+pub(super) const ROUND: usize = if cfg!(target_arch = "wasm32") { 8 } else { 64 };
 
 /// The surfaces that cut cells: snapped, and closed under the rule.
 #[derive(Clone, Copy)]
@@ -121,18 +121,18 @@ pub(super) async fn in_parts<P: Send>(
     })
 }
 
-struct Measure<'a> {
-    by: CutBy<'a>,
+pub(super) struct Measure<'a> {
+    pub(super) by: CutBy<'a>,
     job: CutCellsJob,
-    grid: Grid<'a>,
+    pub(super) grid: Grid<'a>,
     ruler: Ruler,
     /// Of each rank.
     is_oriented: Vec<bool>,
     /// Of each position 1, or -1 where its facets face inwards.
     turns: Vec<f64>,
     /// First facet of each part, then the end; the facets that reach into it.
-    firsts: Vec<u32>,
-    facets: Vec<u32>,
+    pub(super) firsts: Vec<u32>,
+    pub(super) facets: Vec<u32>,
 }
 
 /// Memory that a core uses for part after part.
@@ -158,7 +158,7 @@ impl Found<CutPart> {
 }
 
 impl Measure<'_> {
-    fn new(by: CutBy<'_>, window: CellWindow, job: CutCellsJob) -> Measure<'_> {
+    pub(super) fn new(by: CutBy<'_>, window: CellWindow, job: CutCellsJob) -> Measure<'_> {
         let CutBy { frame, lines, is_oriented, .. } = by;
         let grid = Grid::new(frame, window);
         let n_parts = grid.n_planes().div_ceil(PLANES) as usize;

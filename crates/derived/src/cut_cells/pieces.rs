@@ -64,6 +64,7 @@ pub(super) struct Piece {
     key: u64,
     /// Its first corner.
     start: u32,
+    facet: u32,
     n: u8,
     /// Signs of the normal of its facet.
     pub(super) signs: [i8; 3],
@@ -81,6 +82,11 @@ impl Piece {
 
     pub(super) fn position(&self) -> u16 {
         self.key as u16
+    }
+
+    /// The facet that it is a part of.
+    pub(super) fn facet(&self) -> u32 {
+        self.facet
     }
 }
 
@@ -116,7 +122,8 @@ impl Pieces {
                 slices(polygon, &whole, (grid, 1), (first[1]..first[1] + ny, &mut of_y), |y, polygon| {
                     let row = ((z - of_planes.start) * ny + y - first[1]) as u32;
                     let mut add = |x: i32, polygon: &Polygon| {
-                        let piece = Piece { key: ((x - first[0] + 1) as u64) << 32 | key, signs, ..Piece::default() };
+                        let key = ((x - first[0] + 1) as u64) << 32 | key;
+                        let piece = Piece { key, facet, signs, ..Piece::default() };
                         self.add(polygon, grid, [x, y, z], (row, piece));
                     };
                     before(polygon, &whole, (grid, 0), (first[0], &mut of_x), |polygon| add(first[0] - 1, polygon));

@@ -26,6 +26,8 @@ pub(super) struct Format {
     pub(super) compresses: bool,
     /// Whether there is a form of text besides the binary one.
     pub(super) has_ascii: bool,
+    /// Whether cells can be cut at the surface of a fluid.
+    pub(super) cuts: bool,
     /// Whether only some flags can be exported.
     pub(super) has_flags: bool,
     /// Whether files have the faces of geometries without thickness.
@@ -65,6 +67,7 @@ impl Format {
             on_disk: "",
             compresses: false,
             has_ascii: false,
+            cuts: false,
             has_flags: true,
             has_plates: false,
             longest_name: None,

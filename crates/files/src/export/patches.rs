@@ -66,11 +66,40 @@ impl<'a> Patches<'a> {
                 return WALLS + wall as usize;
             }
         }
-        match neighbour {
+        self.of_flag(side, neighbour)
+    }
+
+    /// The group of a face at a side of the box, or beside a flag.
+    fn of_flag(&self, side: usize, flag: Option<u8>) -> usize {
+        match flag {
             None if self.by == PatchNames::Neighbour => OUTSIDE,
             None => side,
             Some(flag) => FLAGS + usize::from(flag),
         }
+    }
+
+    /// The group of a face of a cut cell on the surface: the flag behind it, and whose facet it is.
+    pub(super) fn of_surface(&self, flag: u8, wall: u32) -> usize {
+        let is_wall = self.by == PatchNames::Solid && WALLS + (wall as usize) < self.names.len();
+        if is_wall { WALLS + wall as usize } else { self.of_flag(0, Some(flag)) }
+    }
+
+    /// The group of a face of a cut cell at a side of the box: by solid that of the face of the cell, else that of the first beside it that has one.
+    pub(super) fn of_side(&self, side: usize, cell: [u32; 3]) -> usize {
+        let walls = self.job.mesh.walls().filter(|_| self.by == PatchNames::Solid);
+        let Some(walls) = walls else { return self.of_flag(side, None) };
+        let axis = side / 2;
+        let mut face = cell;
+        face[axis] += (side % 2) as u32;
+        let [first, second] = [(axis + 1) % 3, (axis + 2) % 3];
+        let beside = [0, -1, 1].into_iter().flat_map(|one| [0, -1, 1].map(|other| (one, other)));
+        let mut near = beside.filter_map(|(one, other)| {
+            let mut near = face;
+            near[first] = near[first].checked_add_signed(one)?;
+            near[second] = near[second].checked_add_signed(other)?;
+            walls.wall(axis, near)
+        });
+        near.next().map_or(self.of_flag(side, None), |wall| WALLS + wall as usize)
     }
 }
 

@@ -119,6 +119,7 @@ pub const CODES: &[(&str, Actor, &str)] = &[
     ),
     ("export-unit", Actor::Caller, "an exporter needs lengths in a unit, and the unit of the mesh is not known"),
     ("export-material", Actor::Caller, "an exporter needs to know what a flag is made of, and the job does not say it"),
+    ("cut-open", Actor::System, "a cut cell is not closed, which is an error of hexcast"),
     ("no-metal", Actor::Caller, "edges and faces outside metal are asked for, and no flag is metal"),
     ("no-permittivity", Actor::Caller, "smoothed permittivity is asked for, and what a geometry is made of has none"),
     ("memory", Actor::Limit, "the job needs more memory than the budget allows"),

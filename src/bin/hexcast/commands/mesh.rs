@@ -164,6 +164,7 @@ fn mesh_and_write(
         .with_flags_in_memory(arguments.flags_in_memory)
         .with_doubt_mask(arguments.doubt.is_some())
         .with_walls(arguments.formats.patches == Some(PatchNames::Solid))
+        .with_outline(arguments.formats.fluid()?)
         .with_lone_report(arguments.report.is_none() && !arguments.json)
         .with_program_bytes(program_bytes)
         .with_max_device_bytes(arguments.job.max_device_memory.map(|size| size.0));

@@ -6,6 +6,7 @@ use hexcast::estimate::{block_cache_bytes, slab_bytes};
 use hexcast::export::{ExportOptions, Exporter, PatchNames};
 use hexcast::job::{Level, RunJob};
 use hexcast::mesh::Mesh;
+use hexcast::pipeline::Fluid;
 use hexcast::write::{AxisOrder, Compress, Format, Options};
 use hexcast::{Error, Result};
 use serde::Deserialize;
@@ -46,6 +47,9 @@ pub(crate) struct FormatArguments {
     /// Solids whose patches have the type patch in OpenFOAM, such as inlet,outlet; those of other solids are walls
     #[arg(long, value_name = "NAME,...", value_delimiter = ',', requires = "patches")]
     open_patches: Option<Vec<String>>,
+    /// Cut the cells of one flag at its surface, as polyhedra with flat faces: OpenFOAM
+    #[arg(long)]
+    cut: bool,
     /// Export text instead of binary numbers: OpenFOAM, .msh
     #[arg(long)]
     ascii: bool,
@@ -109,11 +113,28 @@ impl FormatArguments {
     pub(crate) fn export_options(&self, max_bytes: u64) -> ExportOptions {
         let options = ExportOptions::default()
             .with_ascii(self.ascii)
+            .with_cut(self.cut)
             .with_patches(self.patches.unwrap_or_default())
             .with_open_patches(self.open_patches.clone().unwrap_or_default())
             .with_compress(self.compression())
             .with_slab_bytes(slab_bytes(max_bytes) as usize);
         self.export_flags.iter().fold(options, |options, flags| options.with_flags(flags.clone()))
+    }
+
+    /// The fluid that is cut at its surface, if one shall be: that of the one flag that is exported.
+    ///
+    /// # Errors
+    /// `job-conflict` where several flags are exported.
+    pub(crate) fn fluid(&self) -> Result<Option<Fluid>> {
+        match self.export_flags.as_deref() {
+            _ if !self.cut => Ok(None),
+            None => Ok(Some(Fluid::Geometries)),
+            Some([flag]) => Ok(Some(Fluid::Flag(*flag))),
+            Some(flags) => {
+                let message = format!("--cut is given with {} flags to export, and cuts the cells of one", flags.len());
+                Err(Error::new("job-conflict", message, "name one flag with --export-flags"))
+            }
+        }
     }
 
     /// Puts the options into a job file.
@@ -134,6 +155,7 @@ impl FormatArguments {
             word.into()
         });
         run.open_patches = self.open_patches.clone();
+        run.cut = self.cut;
         run.ascii = self.ascii;
     }
 
@@ -200,6 +222,11 @@ impl FormatArguments {
         if self.ascii && !exporters.iter().any(|exporter| exporter.has_ascii()) {
             let message = "--ascii is given, but no output can be text or binary";
             let hint = format!("add an output that ends in {}", endings(Exporter::has_ascii));
+            return Err(Error::new("job-conflict", message, hint));
+        }
+        if self.cut && !exporters.iter().any(|exporter| exporter.cuts()) {
+            let message = "--cut is given, but no output can have cut cells";
+            let hint = format!("add an output that ends in {}", endings(Exporter::cuts));
             return Err(Error::new("job-conflict", message, hint));
         }
         if self.patches.is_some() && !exporters.iter().any(|exporter| exporter.has_patches()) {

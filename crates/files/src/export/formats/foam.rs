@@ -9,43 +9,34 @@
 //! owner, pointing out. Every list is written by itself: the flags are expanded once for each list and once more for each patch and zone.
 //! Source: OpenFOAM user guide, mesh description. Cost: the memory of [`layers`](crate::export::layers).
 
+mod cut;
+mod lists;
+
 use crate::export::{
     format::Format,
     layers::{Layer, N_SIDES, SIDES, for_each_layer},
     names::names,
+    options::ExportOptions,
     output::{Export, Files, Out},
     patches::Patches,
     unit::metres,
 };
 use hexcast_core::base::error::{Error, Result};
+use hexcast_derived::mesh::Mesh;
+use lists::{LONGEST_NAME, MAX_LABEL, PARTS, SIDE_NAMES, file_names, head, list, note, put_label, put_patch};
 
 pub(in crate::export) static FORMAT: Format = Format {
     program: "OpenFOAM",
     about: "a polyMesh",
     on_disk: "constant/polyMesh beside an empty file of that name; or give DIR/constant/polyMesh",
     has_ascii: true,
+    cuts: true,
+    check_mesh,
     longest_name: Some(LONGEST_NAME),
     unit: Some(("OpenFOAM", "metres")),
     file_names,
     ..Format::new(&[".foam", "constant/polyMesh"], |job, name, files| Box::pin(write(job, name, files)))
 };
-
-/// Names of the patches on the sides of the box.
-const SIDE_NAMES: [&str; N_SIDES] = ["xMin", "xMax", "yMin", "yMax", "zMin", "zMax"];
-/// Most characters of a name.
-const LONGEST_NAME: usize = 60;
-/// Greatest label of an OpenFOAM of 32 bits, which is the usual one.
-const MAX_LABEL: u64 = i32::MAX as u64;
-
-/// The lists of a `polyMesh`.
-const PARTS: [&str; 6] = ["points", "faces", "owner", "neighbour", "boundary", "cellZones"];
-
-fn file_names(name: &str) -> Vec<String> {
-    let is_case = name.to_ascii_lowercase().ends_with(".foam");
-    let folder = if is_case { "constant/polyMesh" } else { name };
-    let case = is_case.then(|| name.to_string());
-    PARTS.iter().map(|part| format!("{folder}/{part}")).chain(case).collect()
-}
 
 /// Numbers of everything, and the faces of each patch.
 #[derive(Default)]
@@ -69,7 +60,15 @@ impl Counts {
     }
 }
 
+/// Refuses cut cells of a mesh that has no outline, or that of another flag.
+fn check_mesh(mesh: &Mesh, options: &ExportOptions, keeps: &[bool; 256]) -> Result<()> {
+    if options.cut { cut::fluid(mesh, keeps).map(|_| ()) } else { Ok(()) }
+}
+
 async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
+    if job.options.cut {
+        return cut::write(job, name, files).await;
+    }
     let keeps = job.options.selection(job.mesh, false)?;
     let patches = Patches::new(job, &SIDE_NAMES, LONGEST_NAME);
     let counts = count(&patches, job, &keeps).await?;
@@ -203,10 +202,8 @@ impl Case<'_> {
         out.text(format_args!("{}\n(\n", self.counts.used().count()))?;
         let mut start = self.counts.internal;
         for patch in self.counts.used() {
-            let name = self.patches.name(patch);
-            let kind = if self.patches.is_open(patch) { "patch" } else { "wall" };
             let n = self.counts.patches[patch];
-            out.text(format_args!("{name}\n{{\n    type {kind};\n    nFaces {n};\n    startFace {start};\n}}\n"))?;
+            put_patch(out, (&self.patches, patch), n, start)?;
             start += n;
         }
         out.put(b")\n")
@@ -269,27 +266,19 @@ impl Case<'_> {
 
     fn note(&self) -> String {
         let Counts { points, cells, internal, .. } = self.counts;
-        let faces = self.counts.faces();
-        format!("    note \"nPoints:{points} nCells:{cells} nFaces:{faces} nInternalFaces:{internal}\";\n")
+        note(*points, *cells, self.counts.faces(), *internal)
     }
 
     fn head(&self, out: &mut Out, class: &str, object: &str, note: &str) -> Result<()> {
-        // patches are text in either form
-        let format = if self.is_ascii() || object == "boundary" { "ascii" } else { "binary" };
-        out.text(format_args!(
-            "FoamFile\n{{\n    version 2.0;\n    format {format};\n    arch \"LSB;label=32;scalar=64\";\n    class {class};\n{note}    \
-             location \"constant/polyMesh\";\n    object {object};\n}}\n\n"
-        ))
+        head(out, self.is_ascii(), (class, object), note)
     }
 
-    /// Begins a list of so many.
     fn list(&self, out: &mut Out, n: u64) -> Result<()> {
-        let newline = if self.is_ascii() { "\n" } else { "" };
-        out.text(format_args!("{n}\n({newline}"))
+        list(out, self.is_ascii(), n)
     }
 
     fn label(&self, out: &mut Out, label: u64) -> Result<()> {
         // at most MAX_LABEL: all were counted
-        if self.is_ascii() { out.text(format_args!("{label}\n")) } else { out.put(&(label as i32).to_le_bytes()) }
+        put_label(out, self.is_ascii(), label)
     }
 }

@@ -76,6 +76,9 @@ pub struct RunJob {
     /// Solids whose patches a fluid flows through.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub open_patches: Option<Vec<String>>,
+    /// Cuts the cells of one flag at its surface, for OpenFOAM.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub cut: bool,
     /// Exports text in place of binary numbers.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub ascii: bool,

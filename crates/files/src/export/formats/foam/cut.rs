@@ -1,0 +1,194 @@
+//! Cut cells for OpenFOAM: the polyhedra of one flag as a `polyMesh`.
+//!
+//! The files and patches are those of whole cells. Faces between cells come first, by owner, then by neighbour; then those of each patch, by owner. All cells are one zone. Cost: the memory of
+//! [`Polyhedra`], and 8 bytes a face.
+
+use super::lists::{LONGEST_NAME, MAX_LABEL, PARTS, SIDE_NAMES, file_names, head, list, note, put_label, put_patch};
+use crate::export::{
+    names::names,
+    output::{Export, Files, Out},
+    patches::Patches,
+    unit::metres,
+};
+use hexcast_core::base::error::{Error, Result};
+use hexcast_derived::cut_cells::polyhedra::{Behind, Face, Polyhedra};
+use hexcast_derived::mesh::Mesh;
+use hexcast_derived::mesh::outline::Outline;
+
+/// The outline of the one flag that is kept.
+///
+/// # Errors
+/// `job-conflict` where there is none.
+pub(super) fn fluid<'a>(mesh: &'a Mesh, keeps: &[bool; 256]) -> Result<&'a Outline> {
+    let cells = mesh.columns().cells_per_flag();
+    let Some(outline) = mesh.outline() else {
+        let message = "cells are to be cut, and the mesh does not know where surfaces cross its lines";
+        let hint = "mesh the surfaces with this output and cut (--cut); column files do not hold it";
+        return Err(Error::new("job-conflict", message, hint));
+    };
+    let kept: Vec<u8> = (0..=255).filter(|&flag| keeps[usize::from(flag)] && cells[usize::from(flag)] > 0).collect();
+    if kept.iter().any(|&flag| flag != outline.fluid) {
+        let kept = kept.iter().map(u8::to_string).collect::<Vec<_>>().join(", ");
+        let message = format!("flags {kept} are exported, and cut cells are those of one fluid, here of flag {}", outline.fluid);
+        return Err(Error::new("job-conflict", message, "name one flag to export (--export-flags)"));
+    }
+    Ok(outline)
+}
+
+pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
+    let keeps = job.options.selection(job.mesh, false)?;
+    let outline = fluid(job.mesh, &keeps)?;
+    let mut is_whole = Vec::with_capacity(job.mesh.n_cells() as usize);
+    let mut push = |flags: &[u8]| {
+        is_whole.extend(flags.iter().map(|flag| *flag == outline.fluid));
+        Ok(())
+    };
+    job.for_each_slab(1, &mut push).await?;
+    let cells = Polyhedra::new(job.mesh.lines(), outline, &is_whole)?;
+    drop(is_whole);
+    let file_names = file_names(name);
+    let case = Case::new(job, &cells);
+    for (part, name) in PARTS.into_iter().zip(&file_names) {
+        job.control.rest().await?;
+        let mut out = Out::create(files, name)?;
+        match part {
+            "points" => case.points(&mut out)?,
+            "faces" => case.faces(&mut out)?,
+            "owner" => case.owner(&mut out)?,
+            "neighbour" => case.neighbour(&mut out)?,
+            "boundary" => case.boundary(&mut out)?,
+            _ => case.zone(&mut out, outline.fluid)?,
+        }
+        out.finish()?;
+    }
+    file_names.get(6).map_or(Ok(()), |name| Out::create(files, name)?.finish())
+}
+
+struct Case<'a> {
+    job: &'a Export<'a>,
+    cells: &'a Polyhedra,
+    patches: Patches<'a>,
+    /// Faces between cells.
+    internal: u64,
+    /// All others: the patch, and the place among the faces; by patch.
+    outer: Vec<(u32, u32)>,
+}
+
+impl<'a> Case<'a> {
+    fn new(job: &'a Export<'a>, cells: &'a Polyhedra) -> Case<'a> {
+        let patches = Patches::new(job, &SIDE_NAMES, LONGEST_NAME);
+        let internal = cells.faces.partition_point(|face| matches!(face.behind, Behind::Cell(_)));
+        let patch = |face: &Face| match face.behind {
+            Behind::Side(side, cell) => patches.of_side(side.into(), cell),
+            Behind::Surface(flag, wall) => patches.of_surface(flag, wall),
+            Behind::Cell(_) => 0,
+        };
+        let places = (internal as u32..).zip(&cells.faces[internal..]);
+        let mut outer: Vec<(u32, u32)> = places.map(|(place, face)| (patch(face) as u32, place)).collect();
+        outer.sort_unstable();
+        Case { job, cells, patches, internal: internal as u64, outer }
+    }
+
+    /// All faces, in their order.
+    fn all(&self) -> impl Iterator<Item = &Face> {
+        let outer = self.outer.iter().map(|&(_, place)| &self.cells.faces[place as usize]);
+        self.cells.faces[..self.internal as usize].iter().chain(outer)
+    }
+
+    fn points(&self, out: &mut Out<'_>) -> Result<()> {
+        let unit = metres(self.job.mesh.unit(), "OpenFOAM")?;
+        let is_ascii = self.job.options.ascii;
+        head(out, is_ascii, ("vectorField", "points"), "")?;
+        list(out, is_ascii, self.cells.points.len() as u64)?;
+        for point in &self.cells.points {
+            let [x, y, z] = point.map(|place| unit.metres(place));
+            match is_ascii {
+                true => out.text(format_args!("({x:e} {y:e} {z:e})\n"))?,
+                false => [x, y, z].iter().try_for_each(|number| out.put(&number.to_le_bytes()))?,
+            }
+        }
+        out.put(b")\n")
+    }
+
+    fn faces(&self, out: &mut Out<'_>) -> Result<()> {
+        let n = self.cells.faces.len() as u64;
+        if self.job.options.ascii {
+            head(out, true, ("faceList", "faces"), "")?;
+            list(out, true, n)?;
+            for face in self.all() {
+                let corners = self.cells.corners(face);
+                out.text(format_args!("{}(", corners.len()))?;
+                corners.iter().enumerate().try_for_each(|(index, corner)| {
+                    out.text(format_args!("{}{corner}", if index > 0 { " " } else { "" }))
+                })?;
+                out.put(b")\n")?;
+            }
+            return out.put(b")\n");
+        }
+        head(out, false, ("faceCompactList", "faces"), "")?;
+        // where the corners of each face begin, then all corners
+        list(out, false, n + 1)?;
+        let mut start = 0;
+        for face in self.all() {
+            put_label(out, false, start)?;
+            start += self.cells.corners(face).len() as u64;
+        }
+        debug_assert!(start <= MAX_LABEL, "checked as they were made");
+        put_label(out, false, start)?;
+        out.put(b")\n")?;
+        list(out, false, start)?;
+        for face in self.all() {
+            self.cells.corners(face).iter().try_for_each(|&corner| put_label(out, false, corner.into()))?;
+        }
+        out.put(b")\n")
+    }
+
+    fn owner(&self, out: &mut Out<'_>) -> Result<()> {
+        let is_ascii = self.job.options.ascii;
+        head(out, is_ascii, ("labelList", "owner"), &self.note())?;
+        list(out, is_ascii, self.cells.faces.len() as u64)?;
+        self.all().try_for_each(|face| put_label(out, is_ascii, face.owner.into()))?;
+        out.put(b")\n")
+    }
+
+    fn neighbour(&self, out: &mut Out<'_>) -> Result<()> {
+        let is_ascii = self.job.options.ascii;
+        head(out, is_ascii, ("labelList", "neighbour"), &self.note())?;
+        list(out, is_ascii, self.internal)?;
+        for face in self.all() {
+            if let Behind::Cell(cell) = face.behind {
+                put_label(out, is_ascii, cell.into())?;
+            }
+        }
+        out.put(b")\n")
+    }
+
+    fn boundary(&self, out: &mut Out<'_>) -> Result<()> {
+        head(out, true, ("polyBoundaryMesh", "boundary"), "")?;
+        let of_patches = || self.outer.chunk_by(|one, other| one.0 == other.0);
+        out.text(format_args!("{}\n(\n", of_patches().count()))?;
+        let mut start = self.internal;
+        for of_patch in of_patches() {
+            let n = of_patch.len() as u64;
+            put_patch(out, (&self.patches, of_patch[0].0 as usize), n, start)?;
+            start += n;
+        }
+        out.put(b")\n")
+    }
+
+    fn zone(&self, out: &mut Out<'_>, flag: u8) -> Result<()> {
+        let (is_ascii, n) = (self.job.options.ascii, u64::from(self.cells.n_cells));
+        let names = names(self.job.mesh, LONGEST_NAME, &SIDE_NAMES);
+        head(out, is_ascii, ("regIOobject", "cellZones"), "")?;
+        let name = &names[usize::from(flag)];
+        out.text(format_args!("1\n(\n{name}\n{{\n    type cellZone;\n    cellLabels List<label> "))?;
+        list(out, is_ascii, n)?;
+        (0..n).try_for_each(|cell| put_label(out, is_ascii, cell))?;
+        out.put(b")\n;\n}\n)\n")
+    }
+
+    fn note(&self) -> String {
+        let Polyhedra { points, faces, n_cells, .. } = self.cells;
+        note(points.len() as u64, (*n_cells).into(), faces.len() as u64, self.internal)
+    }
+}
