@@ -72,9 +72,9 @@ pub(super) struct Features {
 }
 
 impl Features {
-    /// Bytes that those of so many facets take, while they are made.
+    /// Bytes that those of so many facets take, while they are made: of each corner its coordinates, and eight numbers of 32 bits.
     pub(super) fn n_bytes(n_facets: u64) -> u64 {
-        3 * n_facets * (size_of::<([u64; 3], Place)>() + 8 * size_of::<u32>()) as u64
+        3 * n_facets * (size_of::<([u64; 3], Place)>() as u64 + 32)
     }
 
     pub(super) fn new(facets: &[Facet]) -> Features {

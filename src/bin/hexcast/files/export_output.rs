@@ -66,7 +66,7 @@ impl ExportOutput {
         let (n, of) = (outline.n_thin(), outline.cells.len());
         (n > 0).then(|| {
             format!(
-                "{}: in {n} of {of} cut cells an edge is crossed several times, by what is thinner than the cell: there the surface is simpler than it is; use                  smaller cells to have it",
+                "{}: in {n} of {of} cut cells an edge is crossed several times, by what is thinner than the cell: there the surface is simpler than it is; use smaller cells to have it",
                 self.path.display()
             )
         })
