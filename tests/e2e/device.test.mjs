@@ -132,7 +132,7 @@ test('where no other device can be opened the processor goes on, and the page sa
   const losses = (await page.evaluate(() => window.told)).filter(({ reason }) => reason);
   assert.deepEqual(losses, [{ reason: 'destroyed' }]);
   assert.equal(await page.getAttribute('#device', 'data-backend'), 'cpu');
-  const findings = await page.textContent('#finding-list');
+  const findings = await page.textContent('#finding-list p');
   assert.match(findings, /^Meshed on the CPU: the GPU device was lost .*; opening it again: /);
   assert.equal(await page.textContent('#result-backend'), 'the processor');
   assert.equal(await page.textContent('#messages'), '');

@@ -5,9 +5,12 @@ import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
 
+import { expect } from '@playwright/test';
+
+import { openEdges } from '../../www/page/view/cast/open_edges.js';
 import { runCopied } from './native.mjs';
-import { boxBetween } from './open_box.mjs';
-import { cellsAreDrawn, hasGeometries, picture3d, run, test } from './visit.mjs';
+import { CLOSED_BOX, OPEN_BOX, boxBetween } from './open_box.mjs';
+import { cellsAreDrawn, hasGeometries, legend, picture3d, run, test } from './visit.mjs';
 
 /** Two blocks that overlap in 1 x 4 x 4, a plate thinner than a cell, and a block within another that wins. */
 const FILES = {
@@ -19,11 +22,12 @@ const CURRENT = [0xe0, 0x10, 0x3c];
 const OTHER = [0x7d, 0x2f, 0xb8];
 
 /** Opens the page with files. */
-async function visitWith(visit, hash, files) {
-  const page = await visit(hash);
+async function visitWith(visit, hash, files, how = {}) {
+  const page = await visit(hash, how);
   const payload = Object.entries(files).map(([name, text]) => ({ name, mimeType: 'model/stl', buffer: Buffer.from(text) }));
   await page.setInputFiles('#file-input', payload);
-  await hasGeometries(page, payload.length);
+  // a live page meshes by itself
+  if (!how.live) await hasGeometries(page, payload.length);
   return page;
 }
 
@@ -152,4 +156,132 @@ test('the camera flies to a finding in some frames, and is there at once for peo
   assert.ok((await framesTo('#finding-next')) > 1);
   await page.emulateMedia({ reducedMotion: 'reduce' });
   assert.equal(await framesTo('#finding-previous'), 1);
+});
+
+/** A plate between two rows of centres, which has no cell, beside a block. */
+const LOST = { 'block.stl': boxBetween([0, 0, 0], [8, 4, 4]), 'plate.stl': boxBetween([0, 0, 6.3], [8, 4, 6.4]) };
+const counter = (page, name) => page.getByRole('button', { name, exact: true });
+
+/** Opens the page with the plate as cells, meshed without a click. */
+async function visitLost(visit) {
+  const page = await visitWith(visit, '#cell_size=0.5&backend=cpu', LOST, { live: true });
+  await expect(counter(page, '1 problem')).toBeVisible();
+  await cellsAreDrawn(page);
+  return page;
+}
+
+test('a problem is a card with a picture of its place, and their number is seen on every screen', async ({ visit }) => {
+  const page = await visitLost(visit);
+  for (const [width, height] of [
+    [1440, 900],
+    [390, 844],
+  ]) {
+    await page.setViewportSize({ width, height });
+    await page.evaluate(() => scrollTo(0, 0));
+    await expect(counter(page, '1 problem')).toBeInViewport({ ratio: 1 });
+  }
+  const card = page.getByRole('list', { name: 'Problems' }).getByRole('listitem');
+  await expect(card.getByRole('heading', { name: 'No cells for plate' })).toBeVisible();
+  const place = card.getByRole('button', { name: 'Show the place: plate along z, problem 1' });
+  await place.scrollIntoViewIfNeeded();
+  await expect(place.locator('canvas')).toBeVisible();
+  // the plate has its colour, the block is grey
+  const [n_blue, n_grey, n_clear] = await place.locator('canvas').evaluate((canvas) => {
+    const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+    const n = [0, 0, 0];
+    for (let at = 0; at < data.length; at += 4) {
+      const [r, g, b, a] = data.subarray(at, at + 4);
+      n[a === 0 ? 2 : b - r > 60 ? 0 : Math.abs(b - r) < 40 && Math.abs(g - r) < 20 ? 1 : 3] += 1;
+    }
+    return n;
+  });
+  assert.ok(n_blue > 500 && n_grey > 500 && n_clear > 500, `${n_blue} ${n_grey} ${n_clear}`);
+});
+
+test('an offer is drawn while it is pointed at or has the focus, and is undone once it was taken', async ({ visit }) => {
+  const page = await visitLost(visit);
+  const before = await legend(page);
+  const n_meshes = () => page.getAttribute('#canvas-3d', 'data-meshes').then(Number);
+  const first = await n_meshes();
+  const offer = page.getByRole('button', { name: /^Keep thin walls/ });
+  const said = page.getByRole('region', { name: 'View' }).getByText(/plate [1-9]\d* \(now 0\)/);
+  await offer.hover();
+  await expect(said).toBeVisible();
+  await expect.poll(n_meshes).toBe(first + 1);
+  assert.deepEqual([await legend(page), await page.inputValue('#fill')], [before, 'centre'], 'the job and the mesh stay');
+  await page.mouse.move(0, 0);
+  await expect(said).toHaveCount(0);
+  await expect.poll(n_meshes, 'the cells of the page come back').toBe(first + 2);
+  await page.waitForSelector('#canvas-3d[data-at-rest=true]');
+  // by key
+  await offer.focus();
+  await expect(said).toBeVisible();
+  await page.keyboard.press('Enter');
+  assert.equal(await page.inputValue('#fill'), 'separating');
+  await expect(counter(page, '1 problem')).toHaveCount(0);
+  const flags = new Map(await legend(page));
+  assert.ok(flags.get(2) > 0, JSON.stringify([...flags]));
+  await page.getByRole('button', { name: 'Undo it' }).click();
+  await expect(counter(page, '1 problem')).toBeVisible();
+  assert.deepEqual([await legend(page), await page.inputValue('#fill')], [before, 'centre']);
+  // and by Ctrl+Z
+  await offer.click();
+  await expect(counter(page, '1 problem')).toHaveCount(0);
+  await page.keyboard.press('Control+z');
+  await expect(counter(page, '1 problem')).toBeVisible();
+  assert.deepEqual(await legend(page), before);
+});
+
+test('an offer whose mesh would wait for a click only says what it changes', async ({ visit }) => {
+  const page = await visitWith(visit, '#cell_size=0.5&backend=cpu', LOST);
+  await run(page);
+  await cellsAreDrawn(page);
+  const n_meshes = await page.getAttribute('#canvas-3d', 'data-meshes');
+  await page.getByRole('button', { name: /^Keep thin walls/ }).hover();
+  await expect(page.getByText('Cells along surfaces: keep thin walls.', { exact: true })).toBeVisible();
+  await page.waitForTimeout(500);
+  assert.equal(await page.getAttribute('#canvas-3d', 'data-meshes'), n_meshes);
+});
+
+/** The corners of an ASCII STL. */
+const cornersOf = (text) =>
+  Float32Array.from([...text.matchAll(/vertex (\S+) (\S+) (\S+)/g)].flatMap((found) => found.slice(1).map(Number)));
+
+test('open edges are those that an odd number of facets have, and all of them are drawn', async ({ visit }) => {
+  assert.equal(openEdges(cornersOf(CLOSED_BOX)).length, 0);
+  const open = openEdges(cornersOf(OPEN_BOX));
+  assert.equal(open.length, 4 * 6);
+  for (let at = 2; at < open.length; at += 3) assert.equal(open[at], 2, 'the upper side is missing');
+  // 0 and -0 are one place, and a facet with two equal corners has no edge
+  const zero = cornersOf(CLOSED_BOX).map((number) => (number === 0 ? -0 : number));
+  zero.set(cornersOf(CLOSED_BOX).subarray(0, 9), 0);
+  assert.equal(openEdges(Float32Array.from([...zero, 0, 0, 0, 0, 0, 0, 1, 1, 1])).length, 0);
+  const drawn = async (text) => {
+    const page = await visitWith(visit, '#cells=20&backend=cpu', { 'box.stl': text });
+    await run(page);
+    await cellsAreDrawn(page);
+    return (await pixels(page, [0xff, 0x3b, 0x20])).n;
+  };
+  assert.equal(await drawn(CLOSED_BOX), 0);
+  assert.ok((await drawn(OPEN_BOX)) > 500);
+});
+
+test('a part without cells is drawn in stripes over the cells', async ({ visit }) => {
+  const page = await visitLost(visit);
+  const n_of = async () =>
+    (await picture3d(page)).evaluate(({ data }) => {
+      let n = 0;
+      // the colour of flag 2, however it is lit
+      for (let at = 0; at < data.length; at += 4)
+        n +=
+          data[at + 2] > 100 &&
+          Math.abs(data[at] / data[at + 2] - 0.289) < 0.04 &&
+          Math.abs(data[at + 1] / data[at + 2] - 0.711) < 0.04;
+      return n;
+    });
+  const striped = await n_of();
+  await page.getByRole('radio', { name: 'Model' }).check();
+  await page.waitForSelector('#canvas-3d[data-at-rest=true]');
+  const whole = await n_of();
+  assert.ok(striped > 0.2 * whole && striped < 0.7 * whole, `${striped} of ${whole}`);
 });

@@ -312,18 +312,18 @@ test('what helps one part helps all alike with one button, which undo takes back
     '#file-input',
     Object.entries(parts).map(([name, text]) => ({ name: `${name}.stl`, mimeType: '', buffer: Buffer.from(text) })),
   );
-  await expect(page.locator('#findings-count')).toHaveText('2 findings');
+  await expect(page.locator('#findings-count')).toHaveText('2 problems');
   await expect(page.getByRole('button', { name: /^Let it win: all 2/ })).toHaveCount(1);
   await page.waitForTimeout(500);
   await page.getByRole('button', { name: /^Let it win: all 2/ }).click();
-  await expect(page.locator('#findings-count')).toBeHidden();
+  await expect(page.locator('#findings-count')).toHaveText('No problems found');
   assert.deepEqual(await legend(page), [
     [1, 512],
     [2, 512],
     [3, 40 * 20 * 20 - 1024],
   ]);
   await page.click('#undo');
-  await expect(page.locator('#findings-count')).toHaveText('2 findings');
+  await expect(page.locator('#findings-count')).toHaveText('2 problems');
 });
 
 test('who comes without a file sees a part as cells, which goes with the first file', async ({ visit }) => {

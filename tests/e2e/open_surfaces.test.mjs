@@ -66,7 +66,7 @@ test('an open surface is a finding, and its button shows the longest open edge',
   assert.equal(await ringAt(page), null);
   // from the slices, with the keyboard
   await slice(page, 'z', 4);
-  await page.getByRole('button', { name: 'Show the place: box, finding 1' }).press('Enter');
+  await page.getByRole('button', { name: 'Show the place: box, problem 1' }).press('Enter');
   await page.waitForSelector('#pane-3d:visible #canvas-3d[data-place]');
   assert.equal(await page.getAttribute('#canvas-3d', 'data-place'), open.longest_at.join(' '));
   assert.ok(await page.isChecked('#show-model'), 'the cells close the hole');

@@ -122,15 +122,15 @@ export function addFiles(files, { isFolder = false, sample = null, isArrival = f
   const read = async () => {
     // somebody was faster
     if (isArrival && state.geometries.length > 0) return;
-    await readFiles(await files, isFolder, sample);
+    await readFiles(await files, { isFolder, sample, isArrival });
     if (isArrival) showArrival();
   };
   queue = queue.then(read).catch((error) => showError(error));
   return queue;
 }
 
-/** @param {FileIn[]} files @param {boolean} isFolder @param {string | null} sample */
-async function readFiles(files, isFolder, sample) {
+/** @param {FileIn[]} files @param {{ isFolder: boolean, sample: string | null, isArrival: boolean }} how */
+async function readFiles(files, { isFolder, sample, isArrival }) {
   if (files.length === 0) return;
   await isQuiet();
   const { mesher } = state;
@@ -139,7 +139,7 @@ async function readFiles(files, isFolder, sample) {
   const replaces = state.isArrival && files.some(({ source }) => !/\.json$/i.test(source.name));
   if (sample || replaces) {
     for (const geometry of state.geometries) geometry.surface.dispose();
-    change('geometries', { geometries: [], isArrival: false });
+    change('geometries', { geometries: [], isArrival });
   }
   const wanted = isFolder ? files.filter(({ source }) => /\.(stl|obj|ply|off|3mf|glb|hxc)(\.gz)?$/i.test(source.name)) : files;
   if (wanted.length === 0) showNotice('the folder has no file of a surface (STL, OBJ, PLY, OFF, 3MF, GLB)');
@@ -151,7 +151,6 @@ async function readFiles(files, isFolder, sample) {
 /** Says that what is shown is a sample. */
 function showArrival() {
   if (state.geometries.length === 0) return;
-  state.isArrival = true;
   showNotice(`this is a sample, ${ARRIVAL.words}: drop your own files anywhere on the page`, 'arrival');
 }
 

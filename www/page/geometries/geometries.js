@@ -7,7 +7,8 @@ import { materialField, startBackground } from '../settings/material.js';
 import { sentence } from '../elements/messages.js';
 import { endText, placedBox } from '../text/places.js';
 import { handle, moveByKey, startOrder } from './order.js';
-import { change, colourOf, flagsOf, freeFlag, on, placeKey, state } from '../state/state.js';
+import { change, colourOf, flagsOf, on, placeKey, state } from '../state/state.js';
+import { splitBox } from './solids.js';
 import { checkAgain, isLeftUnchecked } from './surfaces.js';
 
 /** @typedef {import('../state/state.js').Geometry} Geometry */
@@ -105,7 +106,7 @@ function card(geometry) {
       whole(geometry, 'priority', 'Priority', -1000, 1000),
     ),
     sizingFields(geometry, edit),
-    ...(info.solids.length > 1 && info.closed_solids !== undefined ? [splitBox(geometry, info.closed_solids)] : []),
+    ...(info.solids.length > 1 && info.closed_solids !== undefined ? [splitBox(geometry, info.closed_solids, edit)] : []),
     make(
       'details',
       {},
@@ -123,9 +124,9 @@ function card(geometry) {
   );
 }
 
-/** Whether the details of a part are open: those of one or two parts are, unless somebody closed them. @param {number} id */
+/** Whether the details of a part are open: those of one or two of the user's parts are, unless somebody closed them. @param {number} id */
 function isOpen(id) {
-  return opened.get(id) ?? state.geometries.length <= FEW;
+  return opened.get(id) ?? (state.geometries.length <= FEW && !state.isArrival);
 }
 
 /** The button that opens and closes the details of a part. @param {Geometry} geometry @param {HTMLElement} details */
@@ -243,51 +244,6 @@ function whole(geometry, key, label, min, max) {
     },
   });
   return make('label', {}, label, input);
-}
-
-/** A choice only where every solid is closed, or it was made already. @param {Geometry} geometry @param {number} n_closed */
-function splitBox({ id, split, info }, n_closed) {
-  const n_solids = info.solids.length;
-  if (!split && n_closed < n_solids) {
-    return make(
-      'p',
-      { className: 'note' },
-      `${n_solids} solids, of which ${n_closed === 0 ? 'none' : n_closed} ${n_closed > 1 ? 'are' : 'is'} closed: they are meshed as one geometry`,
-    );
-  }
-  const box = make('input', {
-    type: 'checkbox',
-    className: 'split',
-    checked: split,
-    on: { change: ({ target }) => splitSolids(id, target) },
-  });
-  return make(
-    'label',
-    { className: 'check' },
-    box,
-    `Each of the ${n_solids} solids is a geometry, with its own name and the next flag`,
-  );
-}
-
-/**
- * Makes every solid a geometry, or all of them one again; flags that other geometries have are not used twice.
- *
- * @param {number} id
- * @param {HTMLInputElement} box
- */
-function splitSolids(id, box) {
-  const geometry = state.geometries.find((geometry) => geometry.id === id);
-  if (!geometry) return;
-  const others = new Set(state.geometries.filter((other) => other !== geometry).flatMap(flagsOf));
-  const wanted = flagsOf({ ...geometry, split: box.checked });
-  const isFree = wanted[wanted.length - 1] <= 255 && !wanted.slice(1).some((flag) => others.has(flag));
-  const flag = isFree ? geometry.flag : freeFlag(wanted.length, geometry);
-  const [flagInput, nameInput] = ['.flag', '.name'].map(
-    (name) => /** @type {HTMLInputElement} */ (box.closest('.geometry')?.querySelector(name)),
-  );
-  flagInput.value = String(flag);
-  nameInput.disabled = box.checked;
-  edit(id, { split: box.checked, flag });
 }
 
 /** @param {Geometry} geometry @param {'scale' | 'rotate' | 'about' | 'translate'} key @param {string} label @param {string} hint */

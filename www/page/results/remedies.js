@@ -1,8 +1,8 @@
-/** Remedies of findings as buttons: their patches of the job, applied to the fields and the geometries of the page. */
+/** Remedies of findings: their patches of the job, as changes of the fields and the geometries of the page. */
 import { removeGeometry } from '../geometries/files.js';
 import { change, set, state } from '../state/state.js';
 
-/** @typedef {import('../state/state.js').Settings} Settings @typedef {{ [key: string]: unknown }} Patch */
+/** @typedef {import('../state/state.js').Settings} Settings @typedef {import('../state/state.js').Changes} Changes @typedef {{ [key: string]: unknown }} Patch */
 
 /** Keys of jobs that fields have by the same names. */
 const FIELDS = ['rule', 'open', 'fill', 'close_gaps', 'certify', 'thin_cells', 'staggered', 'unit'];
@@ -17,14 +17,29 @@ const GEOMETRY_FIELDS = ['flag', 'priority', 'scale', 'max_size', 'min_cells'];
 export function remediesOf({ remedies }) {
   return remedies.flatMap(({ label, patch }) => {
     const changes = changesOf(patch);
-    return changes ? [{ label, act: () => apply(changes), key: JSON.stringify(changes) }] : [];
+    return changes ? [remedyOf(label, changes)] : [];
   });
+}
+
+/** @param {string} label @param {Changes} changes @returns {import('../state/state.js').Remedy} */
+export function remedyOf(label, changes) {
+  return { label, act: () => apply(changes), changes };
+}
+
+/** The same remedy of several findings as one. @param {string} label @param {Changes[]} all */
+export function togetherOf(label, all) {
+  /** @type {Partial<Settings>} */
+  const settings = Object.assign({}, ...all.map(({ settings }) => settings));
+  // the smallest of what each needs
+  if (settings.min_size) settings.min_size = Math.min(...all.map((one) => one.settings.min_size ?? Infinity));
+  return remedyOf(label, { settings, entries: all.flatMap(({ entries }) => entries) });
 }
 
 /**
  * What a patch changes: settings, and entries of the job by their indices; null for one that is left out. Null where the page lacks a field.
  *
  * @param {Patch} patch
+ * @returns {Changes | null}
  */
 function changesOf({ graded, geometries, ...fields }) {
   const ofGraded = /** @type {Patch} */ (graded ?? {});
@@ -48,18 +63,25 @@ function hasOnly(patch, known) {
   return Object.keys(patch).every((key) => known.includes(key));
 }
 
-/** @param {NonNullable<ReturnType<typeof changesOf>>} changes */
-function apply({ settings, entries }) {
+/** The settings and geometries of the page once they are changed. @param {Changes} changes */
+export function changed({ settings, entries }) {
+  let { geometries } = state;
   for (const { index, keys } of entries) {
     // the geometries of the page may be others than those of the mesh by now
     const source = state.job?.geometries[index]?.source;
-    const mine = state.geometries.find(({ surface }) => surface === source);
-    if (!mine) continue;
-    if (!keys) removeGeometry(mine.id);
-    else {
-      const geometries = state.geometries.map((geometry) => (geometry === mine ? { ...geometry, ...keys } : geometry));
-      change('geometries', { geometries, revision: state.revision + 1 });
-    }
+    geometries = geometries.flatMap((geometry) => {
+      if (geometry.surface !== source) return [geometry];
+      return keys ? [{ ...geometry, ...keys }] : [];
+    });
   }
-  if (Object.keys(settings).length > 0) set(settings);
+  return { settings: { ...state.settings, ...settings }, geometries };
+}
+
+/** @param {Changes} changes */
+function apply(changes) {
+  const { geometries } = changed(changes);
+  const gone = state.geometries.filter(({ id }) => !geometries.some((other) => other.id === id));
+  for (const { id } of gone) removeGeometry(id);
+  if (changes.entries.some(({ keys }) => keys)) change('geometries', { geometries, revision: state.revision + 1 });
+  if (Object.keys(changes.settings).length > 0) set(changes.settings);
 }

@@ -10,7 +10,11 @@ const MOST = { cells: 1e8, facets: 2e6, seconds: 3 };
 export function isLive() {
   const { live, estimate, mesher, geometries } = state;
   if (!live || !mesher || !estimate?.result || wrongField() !== null) return false;
-  const { cells, seconds } = estimate.result;
+  return isQuick(estimate.result, geometries);
+}
+
+/** Whether a mesh of these geometries takes a moment. @param {import('hexcast').Estimate} estimate @param {import('../state/state.js').Geometry[]} geometries */
+export function isQuick({ cells, seconds }, geometries) {
   const n_facets = geometries.reduce((sum, { info }) => sum + info.facets, 0);
   return cells <= MOST.cells && n_facets <= MOST.facets && (seconds ?? 0) <= MOST.seconds;
 }

@@ -27,11 +27,10 @@ export const GEOMETRY_KEYS = [
 /** @type {readonly SizingKey[]} */
 export const SIZING_KEYS = ['max_size', 'min_cells', 'metal'];
 
-/** The job with its surfaces as sources. */
-export function currentJob() {
-  const { settings } = state;
+/** The job with its surfaces as sources: that of the page, or of other settings and geometries. @param {Pick<import('./state.js').State, 'settings' | 'geometries'>} of */
+export function currentJob({ settings, geometries } = state) {
   /** @type {Omit<Job, 'geometries'> & { geometries: SurfaceJob[] }} */
-  const job = { geometries: state.geometries.map(geometryJob) };
+  const job = { geometries: geometries.map((geometry) => geometryJob(geometry, settings.sizing)) };
   // listed lines are the domain
   if (settings.sizing === 'lines') job.lines = listed(settings.lines);
   else {
@@ -53,8 +52,8 @@ export function currentJob() {
   return job;
 }
 
-/** @param {import('./state.js').Geometry} geometry */
-function geometryJob(geometry) {
+/** @param {import('./state.js').Geometry} geometry @param {import('./state.js').Settings['sizing']} sizing */
+function geometryJob(geometry, sizing) {
   /** @type {SurfaceJob} */
   const job = { source: geometry.surface, file: geometry.source.name };
   for (const [key, unsaid] of GEOMETRY_KEYS) {
@@ -62,7 +61,7 @@ function geometryJob(geometry) {
     // solids have the names that they have in the file
     if (key === 'name' && geometry.split) continue;
     // a job without graded lines refuses them
-    if (SIZING_KEYS.some((one) => one === key) && state.settings.sizing !== 'graded') continue;
+    if (SIZING_KEYS.some((one) => one === key) && sizing !== 'graded') continue;
     // a job refuses a centre of what does not rotate
     if (key === 'about' && !geometry.rotate) continue;
     if (value !== unsaid && value !== null && value !== undefined) Object.assign(job, { [key]: value });

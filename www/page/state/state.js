@@ -2,6 +2,7 @@
  * The state of the page. Modules read it freely and change it through `change(topic, patch)`, which calls the listeners of the topic;
  * `on(topics, listener)` adds a listener.
  */
+import { PALETTE } from './palette.js';
 
 /**
  * @typedef {import('hexcast').Mesher} Mesher
@@ -80,16 +81,20 @@
  * @property {import('hexcast').Material | null} material what it is made of
  */
 
-/** @typedef {{ label: string, act: () => void, key?: string }} Remedy a button with what helps; two of one key do the same */
+/** @typedef {{ settings: Partial<Settings>, entries: { index: number, keys: { [key: string]: unknown } | null }[] }} Changes of settings, and of entries of the job by their indices; null for one that is left out */
+/** @typedef {{ label: string, act: () => void, changes?: Changes }} Remedy a button with what helps, and what that changes, where it is settings of the page */
 
 /**
- * A line of the list of findings.
+ * A card of the list of problems.
  *
  * @typedef {object} Finding
  * @property {import('hexcast').FindingCode | 'overlap' | 'leak'} kind
  * @property {string} subject whose place is shown, for the button
+ * @property {string} title in a few words
  * @property {string} text a sentence or more
  * @property {number[] | null} place in world lengths; null where it has none in the mesh
+ * @property {number[][]} boxes where it is, of six numbers each, the least coordinates first
+ * @property {number | null} flag of the part that it is about
  * @property {Remedy[]} remedies what helps
  */
 
@@ -230,41 +235,6 @@ export function change(topic, patch = {}) {
 export function set(patch) {
   change('settings', { settings: { ...state.settings, ...patch } });
 }
-
-/**
- * Colours of which no two are alike, on light and on dark: they differ by at least 21 in CIELAB, and by 11 as people without one of the
- * three cones see them (simulated after Machado, Oliveira and Fernandes, 2009).
- */
-const PALETTE = [
-  ...[
-    '#d98324',
-    '#3a8fc9',
-    '#10884c',
-    '#ac5870',
-    '#4c4cc4',
-    '#d0d064',
-    '#e83458',
-    '#88ac94',
-    '#882864',
-    '#7cdcb8',
-    '#7c5810',
-    '#887c94',
-  ],
-  ...[
-    '#f47cf4',
-    '#644c94',
-    '#d0a064',
-    '#405828',
-    '#10647c',
-    '#10e894',
-    '#dcc428',
-    '#f4b8dc',
-    '#e8707c',
-    '#4cb8b8',
-    '#5870d0',
-    '#a01c4c',
-  ],
-];
 
 /** Colour of a flag as #rrggbb: one of the palette, after its end darker and lighter in turn. @param {number} flag */
 export function colourOf(flag) {

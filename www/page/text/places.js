@@ -136,3 +136,13 @@ export function rotated(point, angles) {
   }
   return at;
 }
+
+/** The matrix that scales, rotates about x, y and z around a point, and moves, as the job does; by columns. @param {Placing} placing */
+export function matrixOf({ scale, rotate, about, translate }) {
+  const factors = [scale ?? 1, scale ?? 1, scale ?? 1].flat();
+  const columns = [0, 1, 2].map((axis) => {
+    const along = [0, 1, 2].map((other) => (other === axis ? factors[axis] : 0));
+    return [...rotated(along, rotate ?? [0, 0, 0]), 0];
+  });
+  return [...columns.flat(), ...movedBy({ rotate, about, translate }), 1];
+}

@@ -4,15 +4,15 @@
  * World lengths may be far from zero, so the worker draws relative to the centre of what was fitted.
  */
 import { oncePerFrame } from '../elements/dom.js';
-import { boxAround, movedBy, rotated } from '../text/places.js';
+import { boxAround, matrixOf } from '../text/places.js';
 import { Camera } from './camera.js';
 import { startOrbit } from './orbit.js';
 import { minus, plus, times, unit } from './vectors.js';
 
 /**
  * @typedef {import('./cast/cells.js').Cut} Cut
- * @typedef {{ scale: number | number[] | null, rotate: number[] | null, about: number[] | null, translate: number[] | null }} Placing
- * @typedef {Placing & { corners: Float32Array, colour: string }} Model
+ * @typedef {import('../text/places.js').Placing} Placing
+ * @typedef {Placing & { corners: Float32Array, colour: string, isOpen: boolean }} Model open where the edges of its corners are to be drawn
  * @typedef {{ n: number, isWhole: boolean, cells: number, step: number }} Drawn a picture: its number, whether it is whole, of the cells of which
  *   mesh it is, and how many cells of that along an edge are the smallest that can be drawn
  * @typedef {{ failed: (message?: string) => void, drawn: (picture: Drawn) => void, looked: (sight: import('./camera.js').Sight) => void,
@@ -125,11 +125,11 @@ export class Scene {
 
   /** Shows models. @param {Model[]} models */
   setModels(models) {
-    const told = models.map(({ corners, colour, ...placing }) => {
+    const told = models.map(({ corners, colour, isOpen, ...placing }) => {
       const isNew = !this.#sent.has(corners);
       if (isNew) this.#sent.set(corners, ++this.#n_sent);
       const number = [1, 3, 5].map((at) => parseInt(colour.slice(at, at + 2), 16) / 255);
-      return { id: this.#sent.get(corners), corners: isNew ? corners : null, colour: number, matrix: matrixOf(placing) };
+      return { id: this.#sent.get(corners), corners: isNew ? corners : null, colour: number, isOpen, matrix: matrixOf(placing) };
     });
     this.#tell('models', { models: told });
   }
@@ -145,6 +145,11 @@ export class Scene {
   /** Colours of all flags as bytes red, green, blue and alpha, the last 0 for what is hidden. @param {Uint32Array} colours */
   setColours(colours) {
     this.#tell('colours', { colours });
+  }
+
+  /** Draws models that have no cells over the cells, in stripes. @param {Float32Array[]} lost their corners @param {number} cell length of a cell */
+  setLost(lost, cell) {
+    this.#tell('shown', { shown: { lost: lost.map((corners) => this.#sent.get(corners)), cell } });
   }
 
   /** Shows either the models or the cells. @param {'model' | 'cells'} what */
@@ -249,9 +254,14 @@ export class Scene {
     });
   }
 
-  /** Marks places, of which one is shown, and draws a path. @param {(number[] | null)[]} places @param {number} current @param {number[][]} path */
-  mark(places, current, path) {
-    this.#tell('overlay', { overlay: { places, current, path } });
+  /** Marks what was found. @param {Pick<import('./cast/overlay.js').Drawn, 'places' | 'current' | 'path' | 'marked' | 'lost'>} overlay */
+  mark(overlay) {
+    this.#tell('overlay', { overlay });
+  }
+
+  /** A small picture of a place, in which one model is meant. @param {Omit<import('./cast/place_picture.js').Asked, 'part'>} asked @param {Float32Array | null} corners of that model @returns {Promise<ImageData | null>} */
+  placePicture(asked, corners) {
+    return this.#ask('place', { asked: { ...asked, part: (corners && this.#sent.get(corners)) ?? -1 } });
   }
 
   /** Draws lines across the box through a place, and a line between two places. @param {number[] | null} cross @param {number[][]} measured */
@@ -276,14 +286,4 @@ export class Scene {
   picture() {
     return this.#ask('save', {});
   }
-}
-
-/** The matrix that scales, rotates about x, y and z around a point, and moves, as the job does; by columns. @param {Placing} placing */
-function matrixOf({ scale, rotate, about, translate }) {
-  const factors = [scale ?? 1, scale ?? 1, scale ?? 1].flat();
-  const columns = [0, 1, 2].map((axis) => {
-    const along = [0, 1, 2].map((other) => (other === axis ? factors[axis] : 0));
-    return [...rotated(along, rotate ?? [0, 0, 0]), 0];
-  });
-  return [...columns.flat(), ...movedBy({ rotate, about, translate }), 1];
 }

@@ -1,6 +1,7 @@
 /** The 3-D view: opens the scene when there is first something to draw, and connects the tools above the picture. */
 import { buttonOf, byId, inputOf } from '../elements/dom.js';
 import { count } from '../text/format.js';
+import { smallest } from '../text/places.js';
 import { save } from '../downloads/downloads.js';
 import { clearMessages, showError, showNotice } from '../elements/messages.js';
 import { domainOf } from '../settings/settings.js';
@@ -10,6 +11,7 @@ import { change, colourOf, on, placeKey, state } from '../state/state.js';
 import { isLive } from '../run/live_rule.js';
 import { flagColours } from './flag_pixels.js';
 import { Gauges } from './gauges.js';
+import { lostParts, mark, NO_MARKS } from './marks.js';
 import { withLegend } from './picture_legend.js';
 import { startPointing } from './scene_pointing.js';
 import { held, listenToScene, withScene } from './scene_holder.js';
@@ -35,6 +37,8 @@ let said = '';
 const waiting = [];
 /** Whether models came or went while cells are shown: the camera follows with the next mesh. */
 let isToFit = false;
+/** What was shown before the cells of a preview. */
+let beforePreview = /** @type {'model' | 'cells' | null} */ (null);
 /** Where the camera was in the last picture. */
 let lastPlace = '';
 
@@ -118,11 +122,36 @@ export function runsOf(mesh) {
   return held.hasFailed || mesh.report.rays > MOST_COLUMNS ? null : mesh.columns.all();
 }
 
-/** Marks what was found. */
-function mark() {
-  const { findings, finding, leak } = state;
-  const places = findings.map(({ place }) => place);
-  withScene((scene) => scene.mark(places, finding, leak?.path?.points ?? []));
+/** Draws cells, and in stripes the parts that have none. @param {import('hexcast').Mesh} mesh @param {import('hexcast').AllRuns} runs */
+function drawCells(mesh, runs) {
+  const cell = Math.max(...[0, 1, 2].map((axis) => smallest(mesh.lines, axis)));
+  withScene((scene) => {
+    drawn = mesh;
+    scene.setColours(flagColours(state.hidden));
+    scene.setCells(mesh, runs);
+    scene.setLost(lostParts(mesh.report), cell);
+  });
+}
+
+/** Draws the cells of a mesh that is not that of the page. @param {import('hexcast').Mesh} mesh @param {import('hexcast').AllRuns} runs */
+export function showPreview(mesh, runs) {
+  beforePreview ??= shown;
+  drawCells(mesh, runs);
+  withScene((scene) => scene.mark(NO_MARKS));
+  choose('cells');
+}
+
+/** Draws the mesh of the page again. */
+export async function endPreview() {
+  const { mesh } = state;
+  const before = beforePreview;
+  beforePreview = null;
+  if (!before || !mesh || drawn === mesh) return;
+  const runs = await runsOf(mesh)?.catch(() => null);
+  if (!runs || mesh !== state.mesh || beforePreview) return;
+  drawCells(mesh, runs);
+  mark();
+  choose(before);
 }
 
 /** Disables the tools while there is nothing to show. */
@@ -149,7 +178,7 @@ function showModels() {
   withScene((scene) => {
     // of a model that is not drawn yet, the view shows the box
     const models = geometries.flatMap(({ corners, ...rest }) =>
-      corners ? [{ ...rest, corners, colour: colourOf(rest.flag) }] : [],
+      corners ? [{ ...rest, corners, colour: colourOf(rest.flag), isOpen: isOpen(rest.info, corners) }] : [],
     );
     scene.setModels(models);
     const ids = geometries.map(({ id }) => id).join();
@@ -160,6 +189,11 @@ function showModels() {
     else if (places !== lastPlaces) fit(true);
     Object.assign(byId('canvas-3d').dataset, { models: ids, places });
   });
+}
+
+/** Whether edges of a surface are open, and all its facets are drawn, so that these edges are known. @param {import('../state/state.js').Geometry['info']} info @param {Float32Array} corners */
+function isOpen({ closed_parity: isClosed, facets }, corners) {
+  return isClosed === false && corners.length === 9 * facets;
 }
 
 function recolour() {
@@ -207,9 +241,7 @@ async function showMesh() {
   }
   const cells = mesh.report.flags.reduce((sum, { flag, cells }) => sum + (flag ? cells : 0), 0);
   withScene((scene) => {
-    drawn = mesh;
-    scene.setColours(flagColours(state.hidden));
-    scene.setCells(mesh, runs);
+    drawCells(mesh, runs);
     keepCut(mesh);
     scene.setBox(domainOf(mesh.report));
     mark();

@@ -5,10 +5,12 @@
  */
 import { packed } from './columns.js';
 import { isDone } from './gl.js';
+import { openEdges } from './open_edges.js';
 import { Picture } from './picture.js';
+import { PlacePictures } from './place_picture.js';
 
 /**
- * @typedef {{ canvas: OffscreenCanvas, gl: import('./gl.js').GL, picture: Picture }} Opened
+ * @typedef {{ canvas: OffscreenCanvas, gl: import('./gl.js').GL, picture: Picture, places: PlacePictures }} Opened
  * @typedef {import('./picture.js').Shown} Shown
  */
 
@@ -47,10 +49,14 @@ let isSaving = false;
 const given = { models: [], cells: null, colours: new Uint32Array(256), overlay: {} };
 /** Corners of models by their numbers. @type {Map<number, Float32Array>} */
 const corners = new Map();
+/** Open edges of those that have some. @type {Map<number, Float32Array>} */
+const open = new Map();
 /** @type {Shown & { ratio: number }} */
 const shown = {
   what: 'model',
   cut: null,
+  lost: [],
+  cell: 0,
   ratio: 1,
   sight: { stretch: [1, 1, 1], centre: [0, 0, 0], eye: [1, 1, 1], target: [0, 0, 0], tangent: 0.3, near: 0.1, far: 10 },
 };
@@ -92,10 +98,21 @@ const TAKE = {
   },
   models({ models }) {
     for (const model of models) if (model.corners) corners.set(model.id, model.corners);
-    for (const id of corners.keys())
-      if (!models.some((/** @type {{ id: number }} */ model) => model.id === id)) corners.delete(id);
+    for (const id of corners.keys()) {
+      if (models.some((/** @type {{ id: number }} */ model) => model.id === id)) continue;
+      corners.delete(id);
+      open.delete(id);
+    }
     given.models = models.map((/** @type {{ id: number }} */ model) => ({ ...model, corners: corners.get(model.id) }));
     opened?.picture.models.set(given.models);
+    const unclosed = given.models.filter((/** @type {{ isOpen: boolean }} */ { isOpen }) => isOpen);
+    for (const { id, corners } of unclosed) if (!open.has(id)) open.set(id, openEdges(corners));
+    given.overlay.edges = unclosed.map((/** @type {{ id: number, matrix: number[] }} */ { id, matrix }) => ({
+      id,
+      ends: open.get(id),
+      matrix,
+    }));
+    opened?.picture.overlay.set({ edges: given.overlay.edges });
   },
   cells({ all, grid, cells }) {
     given.cells = all && { columns: packed(all, cells), grid };
@@ -115,6 +132,11 @@ const TAKE = {
   },
   pick({ id, place }) {
     say({ kind: 'answer', id, answer: opened?.picture.pick(shown, place) ?? null });
+    return false;
+  },
+  place({ id, asked }) {
+    const edges = (given.overlay.edges ?? []).filter((/** @type {{ id: number }} */ of) => of.id === asked.part);
+    say({ kind: 'answer', id, answer: isLost ? null : (opened?.places.draw(asked, edges) ?? null) });
     return false;
   },
   save({ id }) {
@@ -137,7 +159,7 @@ function start(canvas) {
   const gl = canvas.getContext('webgl2', { alpha: true, antialias: false, depth: false, powerPreference: 'high-performance' });
   if (!gl) return say({ kind: 'failed' });
   const picture = new Picture(gl);
-  opened = { canvas, gl, picture };
+  opened = { canvas, gl, picture, places: new PlacePictures(gl, picture.models) };
   picture.resize(canvas.width, canvas.height);
   picture.models.set(given.models);
   picture.cells.set(given.cells);

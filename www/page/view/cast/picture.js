@@ -9,8 +9,13 @@ import { viewOf } from './sight.js';
  * @typedef {object} Shown
  * @property {'model' | 'cells'} what
  * @property {import('./cells.js').Cut | null} cut
+ * @property {number[]} lost numbers of the models that have no cells, which are drawn in stripes
+ * @property {number} cell length of a cell
  * @property {import('../camera.js').Sight} sight
  */
+
+/** CSS pixels from one stripe to the next. */
+const STRIPES = 7;
 
 const COPY_VERTEX = `#version 300 es
 out vec2 at;
@@ -60,7 +65,7 @@ export class Picture {
    * @param {Shown} shown
    * @param {{ scale: number, ratio: number, from: number, to: number, jitter: number[], isFine: boolean }} how
    */
-  draw({ what, cut, sight }, { scale, ratio, from, to, jitter, isFine }) {
+  draw({ what, cut, sight, lost, cell }, { scale, ratio, from, to, jitter, isFine }) {
     const gl = this.#gl;
     if (!this.#pass) return;
     const [width, height] = this.#size(scale);
@@ -72,8 +77,11 @@ export class Picture {
     gl.disable(gl.BLEND);
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    if (what === 'cells') this.cells.draw(view, cut, isFine);
-    else this.models.draw(view, cut);
+    if (what === 'cells') {
+      this.cells.draw(view, cut, isFine);
+      const stripes = STRIPES * ratio * scale;
+      if (lost.length > 0) this.models.draw(view, cut, { has: (id) => lost.includes(id), stripes, nearer: 1.5 * cell });
+    } else this.models.draw(view, cut);
     this.overlay.draw(view, ratio * scale);
     gl.disable(gl.SCISSOR_TEST);
   }
