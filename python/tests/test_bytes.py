@@ -184,14 +184,16 @@ def test_an_archive_of_a_store_is_a_store_with_the_same_files(spot, command, tmp
     assert 0.0 < fractions.solid.values[mesh.flag.values == 1].min() < 1.0
 
 
-def test_fractions_in_a_store_are_those_of_npy(spot, command, tmp_path):
+@pytest.mark.parametrize("rays", [None, 4])
+def test_fractions_in_a_store_are_those_of_npy(spot, command, tmp_path, rays):
     dense, store = tmp_path / "solid.npy", tmp_path / "solid.zarr"
+    how = ["--fraction-rays", rays] if rays else []
     for path, words in ((dense, []), (store, ["--zarr-chunks", "8,8,8"])):
-        command("mesh", spot, "--cells", 40, "--backend", "cpu", "--unit", "mm", "--fractions", path, *words)
+        command("mesh", spot, "--cells", 40, "--backend", "cpu", "--unit", "mm", "--fractions", path, *words, *how)
     stored = xarray.open_zarr(store)
     assert stored.solid.dims == ("z", "y", "x")
     assert stored.solid.dtype == np.float32
     np.testing.assert_array_equal(stored.solid.values, np.load(dense))
     assert (len(stored.x), stored.x.attrs) == (stored.solid.shape[2], {"units": "mm"})
     assert "flags" not in stored.solid.attrs
-    assert stored.solid.attrs["rays"] == 4
+    assert stored.solid.attrs.get("rays") == rays

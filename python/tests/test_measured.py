@@ -212,7 +212,7 @@ def test_exact_fractions_have_edges_and_centroids(spot):
     of_cells = np.add.reduceat(cut.edges.astype(float), np.unique(cut.cell, return_index=True)[1])
     assert np.allclose(of_cells, 1, atol=1e-6)
     with pytest.raises(hexcast.Error, match="which rays do not measure") as caught:
-        hexcast.mesh(spot, cells=24, backend="cpu", fractions={"edges": True})
+        hexcast.mesh(spot, cells=24, backend="cpu", fractions={"rays": 4, "edges": True})
     assert caught.value.code == "job-conflict"
 
 

@@ -169,7 +169,7 @@ const STANDSTILL = `
 `;
 
 test('axe-core finds nothing while a file is read and while a mesh is made', async ({ visit, siteWithWorker }) => {
-  const page = await visit('#cells=6000&backend=cpu', { url: await siteWithWorker(STANDSTILL) });
+  const page = await visit('#cells=9000&backend=cpu', { url: await siteWithWorker(STANDSTILL) });
   await page.evaluate(AXE);
   await page.setInputFiles('#file-input', { name: 'large.stl', mimeType: 'model/stl', buffer: Buffer.alloc(9e6) });
   await page.waitForSelector('#tasks progress');

@@ -56,6 +56,9 @@ impl Place {
     }
 }
 
+/// The array of flags.
+const FLAG: &str = "flag";
+
 /// A number for each cell.
 pub(crate) struct OfCells<'a> {
     pub(super) name: &'static str,
@@ -73,7 +76,7 @@ impl<'a> OfCells<'a> {
     /// The flags.
     pub(crate) fn flags() -> OfCells<'a> {
         let of_box = Box::new(|columns: &Columns, cells: &CellBox| flags_of_box(columns, cells));
-        OfCells { name: "flag", numbers: ("uint8", json!(0), 1), rays: None, of_box }
+        OfCells { name: FLAG, numbers: ("uint8", json!(0), 1), rays: None, of_box }
     }
 }
 
@@ -117,7 +120,7 @@ impl Head<'_> {
     fn described(&self) -> Value {
         let ([nx, ny, nz], [sx, sy, sz]) = (self.whole.dims().map(u64::from), self.shapes.shard.map(u64::from));
         let (data_type, fill, _) = self.cells.numbers.clone();
-        let mut attributes = attributes((self.names, self.unit), self.whole, self.cells.rays.is_none());
+        let mut attributes = attributes((self.names, self.unit), self.whole, self.cells.name == FLAG);
         attributes.extend(self.cells.rays.map(|rays| ("rays".to_string(), json!(rays))));
         Described {
             shape: vec![nz, ny, nx],
