@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+from conftest import run
 
 SCHEMES = """
 ddtSchemes {default steadyState;} gradSchemes {default Gauss linear;}
@@ -33,6 +34,17 @@ def write(path: Path, kind: str, text: str) -> None:
 def system(case: Path) -> None:
     for name, text in (("controlDict", CONTROL), ("fvSchemes", SCHEMES), ("fvSolution", SOLUTION)):
         write(case / "system" / name, "dictionary", text)
+
+
+def flow(case: Path, speed: str, pressure: str) -> Path:
+    """Solves for the laminar flow of water between walls, given what holds at the patches; the folder of the last step."""
+    at = "internalField uniform"
+    write(case / "0/U", "volVectorField", f"dimensions [0 1 -1 0 0 0 0]; {at} (0 0 0); boundaryField {{{speed}}}")
+    write(case / "0/p", "volScalarField", f"dimensions [0 2 -2 0 0 0 0]; {at} 0; boundaryField {{{pressure}}}")
+    write(case / "constant/transportProperties", "dictionary", "transportModel Newtonian; nu 1e-6;")
+    write(case / "constant/turbulenceProperties", "dictionary", "simulationType laminar;")
+    run("simpleFoam", "-case", case, cwd=case.parent)
+    return max((path for path in case.iterdir() if path.name.isdigit()), key=lambda path: int(path.name))
 
 
 def values(path: Path) -> np.ndarray:

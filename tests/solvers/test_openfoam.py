@@ -81,22 +81,9 @@ def test_flow_through_a_tube(tmp_path) -> None:
     foam.system(case)
     domain = ["--domain", f"0,{-radius},{-radius},{length},{radius},{radius}", "--dims", "40,32,32"]
     hexcast("mesh", "rod.stl:name=fluid", *domain, "--unit", "mm", "--backend", "cpu", "-o", "case/tube.foam", "-o", "tube.raw", cwd=tmp_path)
-    foam.write(
-        case / "0/U",
-        "volVectorField",
-        "dimensions [0 1 -1 0 0 0 0]; internalField uniform (0 0 0); boundaryField {"
-        '"x.*" {type zeroGradient;} "y.*|z.*|background" {type noSlip;}}',
-    )
-    foam.write(
-        case / "0/p",
-        "volScalarField",
-        "dimensions [0 2 -2 0 0 0 0]; internalField uniform 0; boundaryField {xMin {type fixedValue; value uniform 1.6e-3;}"
-        ' xMax {type fixedValue; value uniform 0;} "y.*|z.*|background" {type zeroGradient;}}',
-    )
-    foam.write(case / "constant/transportProperties", "dictionary", "transportModel Newtonian; nu 1e-6;")
-    foam.write(case / "constant/turbulenceProperties", "dictionary", "simulationType laminar;")
-    run("simpleFoam", "-case", case, cwd=tmp_path)
-    last = max((path for path in case.iterdir() if path.name.isdigit()), key=lambda path: int(path.name))
+    speed = '"x.*" {type zeroGradient;} "y.*|z.*|background" {type noSlip;}'
+    pressure = 'xMin {type fixedValue; value uniform 1.6e-3;} xMax {type fixedValue; value uniform 0;} "y.*|z.*|background" {type zeroGradient;}'
+    last = foam.flow(case, speed, pressure)
     flags = np.fromfile(tmp_path / "tube.raw", np.uint8).reshape(32, 32, 40).transpose(2, 1, 0)
     order = np.argwhere((flags == 1).transpose(2, 1, 0))[:, ::-1]
     speed = foam.values(last / "U")[:, 0]
@@ -125,14 +112,9 @@ def test_a_pipe_has_the_patches_of_its_solids(tmp_path) -> None:
     assert patches == {"inlet": ("patch", across), "outlet": ("patch", across), "wall": ("wall", n_faces - 2 * across)}
     said = run("checkMesh", "-allTopology", "-allGeometry", "-case", case, cwd=tmp_path)
     assert "\nMesh OK." in said, said
-    ends = "inlet {type zeroGradient;} outlet {type zeroGradient;} wall {type noSlip;}"
-    foam.write(case / "0/U", "volVectorField", f"dimensions [0 1 -1 0 0 0 0]; internalField uniform (0 0 0); boundaryField {{{ends}}}")
-    ends = "inlet {type fixedValue; value uniform 3.2e-4;} outlet {type fixedValue; value uniform 0;} wall {type zeroGradient;}"
-    foam.write(case / "0/p", "volScalarField", f"dimensions [0 2 -2 0 0 0 0]; internalField uniform 0; boundaryField {{{ends}}}")
-    foam.write(case / "constant/transportProperties", "dictionary", "transportModel Newtonian; nu 1e-6;")
-    foam.write(case / "constant/turbulenceProperties", "dictionary", "simulationType laminar;")
-    run("simpleFoam", "-case", case, cwd=tmp_path)
-    last = max((path for path in case.iterdir() if path.name.isdigit()), key=lambda path: int(path.name))
+    speed = "inlet {type zeroGradient;} outlet {type zeroGradient;} wall {type noSlip;}"
+    pressure = "inlet {type fixedValue; value uniform 3.2e-4;} outlet {type fixedValue; value uniform 0;} wall {type zeroGradient;}"
+    last = foam.flow(case, speed, pressure)
     order = np.argwhere(flags == 1)[:, ::-1]
     speed = foam.values(last / "U")[:, 0]
     flow = speed[order[:, 0] == 10].sum() * (size * 1e-3) ** 2
@@ -179,14 +161,9 @@ def test_flow_through_a_pipe_of_cut_cells(tmp_path) -> None:
     hexcast("mesh", "rod.stl:name=fluid", *domain, "--unit", "mm", "--backend", "cpu", "--cut", "-o", "case/tube.foam", cwd=tmp_path)
     said = run("checkMesh", "-allTopology", "-case", case, cwd=tmp_path)
     assert "\nMesh OK." in said, said
-    ends = '"y.*|z.*|background" {type noSlip;} "x.*" {type zeroGradient;}'
-    foam.write(case / "0/U", "volVectorField", f"dimensions [0 1 -1 0 0 0 0]; internalField uniform (0 0 0); boundaryField {{{ends}}}")
-    ends = 'xMin {type fixedValue; value uniform 1.6e-5;} xMax {type fixedValue; value uniform 0;} "y.*|z.*|background" {type zeroGradient;}'
-    foam.write(case / "0/p", "volScalarField", f"dimensions [0 2 -2 0 0 0 0]; internalField uniform 0; boundaryField {{{ends}}}")
-    foam.write(case / "constant/transportProperties", "dictionary", "transportModel Newtonian; nu 1e-6;")
-    foam.write(case / "constant/turbulenceProperties", "dictionary", "simulationType laminar;")
-    run("simpleFoam", "-case", case, cwd=tmp_path)
-    last = max((path for path in case.iterdir() if path.name.isdigit()), key=lambda path: int(path.name))
+    speed = '"y.*|z.*|background" {type noSlip;} "x.*" {type zeroGradient;}'
+    pressure = 'xMin {type fixedValue; value uniform 1.6e-5;} xMax {type fixedValue; value uniform 0;} "y.*|z.*|background" {type zeroGradient;}'
+    last = foam.flow(case, speed, pressure)
     text = (last / "phi").read_text()
     flux = re.search(r"value\s+nonuniform List<scalar>\s*\d*\s*\(([^)]*)\)", text[text.index("xMax") :])
     flow = sum(map(float, flux[1].split()))

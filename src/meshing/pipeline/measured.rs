@@ -91,6 +91,11 @@ impl Uncut {
         field.links(links, max_bytes, control).await.map(Some)
     }
 
+    /// What cuts the cells of the whole box.
+    fn cut_by<'a>(&'a self, job: &Job, prepared: &'a Prepared, is_oriented: &'a [bool]) -> CutBy<'a> {
+        CutBy { frame: &self.frame, lines: &prepared.whole, rule: job.rule, kinds: &self.kinds, is_oriented }
+    }
+
     /// The outline of a fluid that the caller asks for, of at most so many bytes.
     ///
     /// # Errors
@@ -105,9 +110,8 @@ impl Uncut {
         }
         // this frame, and the facets by planes
         let max_bytes = max_bytes.saturating_sub(2 * 38 * self.frame.facets.len() as u64);
-        let is_oriented = self.are_oriented();
-        let (frame, lines, kinds) = (&self.frame, &prepared.whole, &self.kinds[..]);
-        let by = CutBy { frame, lines, rule: job.rule, kinds, is_oriented: &is_oriented };
+        let (frame, is_oriented) = (&self.frame, self.are_oriented());
+        let by = self.cut_by(job, prepared, &is_oriented);
         let (names, first_of) = walls::names(&prepared.geometries);
         let wall_of = |facet: u32| {
             let position = usize::from(frame.position_of_facet[facet as usize]);
@@ -131,8 +135,7 @@ impl Uncut {
             // this frame, and the facets by planes
             let max_bytes = max_bytes.saturating_sub(2 * 38 * self.frame.facets.len() as u64);
             let is_oriented = self.are_oriented();
-            let (frame, lines, kinds) = (&self.frame, &prepared.whole, &self.kinds[..]);
-            let by = CutBy { frame, lines, rule: job.rule, kinds, is_oriented: &is_oriented };
+            let by = self.cut_by(job, prepared, &is_oriented);
             return exact_fractions(by, prepared.cell_window(), asked, max_bytes, control).await.map(Some);
         };
         // this frame, one of finer cells and what it is made of, those of faces, and the facets by rows

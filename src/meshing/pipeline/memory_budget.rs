@@ -53,8 +53,7 @@ pub(super) fn check_copies(
     memory: &Memory,
 ) -> Result<()> {
     let n_all = frame.facets.len() as u64;
-    let is_measured = job.is_measured() || options.outline.is_some();
-    let mut bytes = if is_measured { SNAPPED_BYTES * n_all } else { 0 };
+    let mut bytes = if options.measures(job) { SNAPPED_BYTES * n_all } else { 0 };
     let mut has_parts = false;
     for (position, &index) in frame.ranks.geometry_at.iter().enumerate() {
         let (n, geometry) = (frame.range_at(position).len() as u64, &prepared.geometries[index]);

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use hexcast_core::base::error::{Error, Result};
 use hexcast_core::cells::columns::Store;
 use hexcast_core::input::geometry::Geometry;
+use hexcast_core::input::job::Job;
 
 /// Most bytes that a mesh takes where neither the job nor the caller limits it: all that the system gives, or in wasm,
 /// which can address 4 GiB, what leaves enough for the page's other data.
@@ -87,6 +88,11 @@ impl Fluid {
 }
 
 impl MeshOptions {
+    /// Whether a job, or the caller, asks for what is measured with all facets of the surfaces.
+    pub(crate) fn measures(&self, job: &Job) -> bool {
+        job.is_measured() || self.outline.is_some()
+    }
+
     /// Says where columns go that exceed the memory allowed.
     pub fn with_spill(self, spill: SpillTarget) -> MeshOptions {
         MeshOptions { spill, ..self }

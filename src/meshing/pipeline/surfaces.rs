@@ -84,7 +84,7 @@ pub(super) async fn snapped(task: &Task<'_>) -> Result<Snapped> {
     let &Task { job, options, prepared, memory, control, .. } = task;
     let Prepared { geometries, whole, .. } = prepared;
     let n_facets: usize = geometries.iter().map(|geometry| geometry.facets.len()).sum();
-    let is_measured = options.walls || options.outline.is_some() || job.certify || job.is_measured();
+    let is_measured = options.walls || job.certify || options.measures(job);
     let is_plain = !is_measured && geometries.iter().all(Geometry::is_plain);
     let are_many = n_facets >= MANY_FACETS || geometries.iter().any(|geometry| geometry.facets.stay_in_file());
     if are_many && prepared.window.is_none() && is_plain {
@@ -119,7 +119,7 @@ impl Uncut {
         closed: &[Closed],
         geometries: &[Geometry],
     ) -> Result<Option<Uncut>> {
-        if !job.is_measured() && options.outline.is_none() {
+        if !options.measures(job) {
             return Ok(None);
         }
         // those that share a rank are all cast

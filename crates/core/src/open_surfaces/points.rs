@@ -23,7 +23,7 @@ use crate::input::geometry::{Fill, Geometry, Open};
 use crate::input::job::Rule;
 use crate::open_surfaces::open::{CapAngles, OpenPart};
 use crate::open_surfaces::overlay::{Apart, split};
-use crate::stages::inside::{Inside, Kind};
+use crate::stages::inside::{Inside, Kind, is_inside};
 use crate::stages::pillars::Pillars;
 
 /// Points that a core decides between two looks for a cancel, and triangles of caps that it looks at for these.
@@ -190,7 +190,7 @@ impl OpenBody {
                 winding += if of.is_below { 1 - 2 * i32::from(of.exits) } else { 0 };
             });
         }
-        is_inside(winding + self.angles.shift_at(point), rule)
+        is_inside(rule, winding + self.angles.shift_at(point))
     }
 
     fn said(&self, axis: usize, point: [i32; 3], rule: Rule) -> Said {
@@ -203,14 +203,7 @@ impl OpenBody {
             all += by;
             below += if of.is_below { by } else { 0 };
         });
-        Said { inside: is_inside(below, rule), odd: is_inside(all, rule) }
-    }
-}
-
-fn is_inside(winding: i32, rule: Rule) -> bool {
-    match rule {
-        Rule::Parity => winding & 1 != 0,
-        Rule::Nonzero => winding != 0,
+        Said { inside: is_inside(rule, below), odd: is_inside(rule, all) }
     }
 }
 

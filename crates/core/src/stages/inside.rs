@@ -13,6 +13,15 @@ pub enum Kind {
     Apart,
 }
 
+/// Whether a place with a winding number is inside.
+#[inline(always)]
+pub fn is_inside(rule: Rule, winding: i32) -> bool {
+    match rule {
+        Rule::Parity => winding & 1 != 0,
+        Rule::Nonzero => winding != 0,
+    }
+}
+
 /// A counter for each rank, and a bit for those that hold the place.
 pub struct Inside {
     counters: Vec<i32>,

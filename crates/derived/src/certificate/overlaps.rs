@@ -11,10 +11,10 @@ use std::ops::Range;
 use hexcast_core::grid::lines::Lines;
 use hexcast_core::grid::rays::Rays;
 use hexcast_core::grid::totals::{Ruler, Total};
-use hexcast_core::input::job::Rule;
 use hexcast_core::stages::cast::Cast;
 use hexcast_core::stages::cpu::{Window, over_windows, rays_through};
 use hexcast_core::stages::crossings::Crossings;
+use hexcast_core::stages::inside::is_inside;
 
 /// Rows of rays that are cast together.
 const ROWS: u32 = 1 << 10;
@@ -123,9 +123,9 @@ fn common_cells(crossings: &Crossings, cast: &Cast, ruler: &Ruler, along: &Range
         let mut last = 0;
         for passage in passages {
             let cell = passage.cell.min(rays.depth);
-            let is_inside = |(_, n): &(&u16, &i32)| if rule == Rule::Parity { *n & 1 != 0 } else { **n != 0 };
+            let holds = |(_, n): &(&u16, &i32)| is_inside(rule, **n);
             if cell > last {
-                let inside: Vec<u16> = counts.iter().filter(is_inside).map(|(&position, _)| position).collect();
+                let inside: Vec<u16> = counts.iter().filter(holds).map(|(&position, _)| position).collect();
                 let longest = match along.contains(&last) {
                     true => Stretch { length: cell - last, ray, first: last, end: cell },
                     false => Stretch { length: 0, ray, first: along.start, end: cell.min(along.end) },

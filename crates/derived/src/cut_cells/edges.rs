@@ -9,7 +9,7 @@
 use super::integrals::{WHOLE, fixed};
 use super::pieces::{Piece, Pieces};
 use hexcast_core::input::job::Rule;
-use hexcast_core::stages::inside::Kind;
+use hexcast_core::stages::inside::{Kind, is_inside};
 
 /// A crossing of an edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -118,11 +118,7 @@ pub(super) struct Insides<'a> {
 impl Insides<'_> {
     #[inline(always)]
     pub(super) fn holds(&self, rank: u8, winding: i32) -> bool {
-        let is_within = match self.rule {
-            Rule::Parity => winding & 1 != 0,
-            Rule::Nonzero => winding != 0,
-        };
-        is_within != (self.kinds[usize::from(rank)] == Kind::Inverted)
+        is_inside(self.rule, winding) != (self.kinds[usize::from(rank)] == Kind::Inverted)
     }
 }
 

@@ -244,10 +244,15 @@ impl<'a> Build<'a> {
         Err(Error::new("export-too-large", message, "use larger cells"))
     }
 
+    /// Index of a cell, x fastest.
+    fn index(&self, cell: [u32; 3]) -> usize {
+        let ([x, y, z], [nx, ny, _]) = (cell.map(|at| at as usize), self.dims.map(|n| n as usize));
+        x + nx * (y + ny * z)
+    }
+
     /// What of the fluid is in a cell.
-    fn inside(&self, [x, y, z]: [u32; 3]) -> Option<Inside<'a>> {
-        let [nx, ny, _] = self.dims.map(|n| n as usize);
-        let index = x as usize + nx * (y as usize + ny * z as usize);
+    fn inside(&self, cell: [u32; 3]) -> Option<Inside<'a>> {
+        let index = self.index(cell);
         let first = self.first[index];
         if first == NONE {
             return None;

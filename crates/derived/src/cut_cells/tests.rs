@@ -1,6 +1,6 @@
 //! Sums, closure, agreement of neighbours, independence, and an oracle of exact fractions.
 
-mod models;
+pub(super) mod models;
 mod oracle;
 
 use std::collections::HashMap;

@@ -19,6 +19,7 @@ use crate::input::job::Rule;
 use crate::stages::axis_crossings::{
     AxisCasts, AxisCrossings, EXITS, Words, grouped, of_planes, place_of, row_of, take_row,
 };
+use crate::stages::inside::is_inside;
 
 /// Everything that decides the cells of an open geometry.
 pub(crate) struct Votes {
@@ -246,10 +247,7 @@ impl Votes {
     }
 
     fn is_inside(&self, winding: i32) -> bool {
-        match self.rule {
-            Rule::Parity => winding & 1 != 0,
-            Rule::Nonzero => winding != 0,
-        }
+        is_inside(self.rule, winding)
     }
 }
 

@@ -8,6 +8,8 @@
 //!
 //! Source: marching cubes, Lorensen and Cline (1987), whose ambiguous faces are all decided alike here.
 
+use crate::cut_cells::edges::ends_of;
+
 /// A corner of the cell (0 to 7), or the crossing of an edge (8 + its number).
 pub(super) type Vertex = u8;
 /// Number of the crossing of the first edge.
@@ -127,13 +129,7 @@ fn corner_of(fluid: u8, edge: u8) -> usize {
 
 /// The corners at the ends of an edge.
 pub(super) fn ends(edge: u8) -> [u8; 2] {
-    let (axis, place) = (edge / 4, edge % 4);
-    let low = match axis {
-        0 => place << 1,
-        1 => place & 1 | (place & 2) << 1,
-        _ => place,
-    };
-    [low, low | 1 << axis]
+    ends_of(edge.into()).map(|corner| corner as u8)
 }
 
 #[cfg(test)]
@@ -175,7 +171,7 @@ mod tests {
             let [low, high] = ends(number);
             assert_eq!(edge(low, high), number);
             assert_eq!(edge(high, low), number);
-            assert_eq!([low, high].map(usize::from), crate::cut_cells::edges::ends_of(number.into()));
+            assert_eq!([low, high].map(usize::from), ends_of(number.into()));
         }
     }
 }

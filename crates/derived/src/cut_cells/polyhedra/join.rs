@@ -102,9 +102,7 @@ impl Build<'_> {
 
     /// Whether a body is that of a cell of the outline.
     fn is_cut(&self, body: u32) -> bool {
-        let [x, y, z] = self.bodies[body as usize].cell.map(|at| at as usize);
-        let [nx, ny, _] = self.dims.map(|n| n as usize);
-        self.cut[x + nx * (y + ny * z)] != NONE
+        self.cut[self.index(self.bodies[body as usize].cell)] != NONE
     }
 
     /// The mesh in which some bodies go other ways than the first; and of each body its cell.

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use super::*;
+use crate::cut_cells::tests::models::{cuboid, sphere};
 use crate::cut_cells::{CutBy, CutCellsJob, cut_cells, outline};
 use hexcast_core::base::control::{Control, at_once};
 use hexcast_core::grid::closed::Closed;
@@ -39,31 +40,6 @@ fn found(facets: &[Facet], lines: &Lines, fluid: u8) -> Found {
     let cells = Polyhedra::new(lines, &outline, &is_whole).unwrap();
     let volume = cells.volumes().iter().map(|(volume, _)| volume).sum();
     Found { outline, cells, volume, exact }
-}
-
-fn sphere(n: usize, radius: f64, [x, y, z]: [f64; 3]) -> Vec<Facet> {
-    let corner = |i: usize, j: usize| {
-        let (su, cu) = libm::sincos(std::f64::consts::TAU * (i % n) as f64 / n as f64);
-        let (sv, cv) = libm::sincos(std::f64::consts::TAU * j as f64 / n as f64);
-        let sv = if j == 0 || 2 * j == n { 0.0 } else { sv };
-        [x + radius * sv * cu, y + radius * sv * su, z - radius * cv].map(|x| x as f32)
-    };
-    let squares = (0..n).flat_map(|i| (0..n / 2).map(move |j| (i, j)));
-    let of_square = |(i, j)| {
-        let [a, b, c, d] = [corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)];
-        [[a, b, c], [a, c, d]]
-    };
-    squares.flat_map(of_square).filter(|[a, b, c]| a != b && b != c && c != a).collect()
-}
-
-fn cuboid(low: [f32; 3], high: [f32; 3]) -> Vec<Facet> {
-    let corner = |bits: usize| std::array::from_fn(|axis| if bits >> axis & 1 == 1 { high[axis] } else { low[axis] });
-    let sides = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
-    let of_side = |side: [usize; 4]| {
-        let [a, b, c, d] = side.map(corner);
-        [[a, b, c], [a, c, d]]
-    };
-    sides.into_iter().flat_map(of_side).collect()
 }
 
 fn equal(n: u32) -> Lines {

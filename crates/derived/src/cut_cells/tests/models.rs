@@ -12,7 +12,7 @@ use hexcast_core::input::geometry::{Facet, Geometry};
 use hexcast_core::input::job::Rule;
 use hexcast_core::stages::inside::Kind;
 
-pub(super) type Facets = Vec<Facet>;
+pub(in crate::cut_cells) type Facets = Vec<Facet>;
 
 /// All that can be measured.
 pub(super) const ALL: CutCellsJob =
@@ -42,7 +42,7 @@ fn turned([x, y, z]: [f64; 3]) -> [f64; 3] {
 }
 
 /// Of n meridians, about a place.
-pub(super) fn sphere(n: usize, radius: f64, [x, y, z]: [f64; 3]) -> Facets {
+pub(in crate::cut_cells) fn sphere(n: usize, radius: f64, [x, y, z]: [f64; 3]) -> Facets {
     let rows = n / 2;
     let corner = |i: usize, j: usize| {
         let (su, cu) = libm::sincos(TAU * (i % n) as f64 / n as f64);
@@ -58,7 +58,7 @@ pub(super) fn sphere(n: usize, radius: f64, [x, y, z]: [f64; 3]) -> Facets {
     squares.flat_map(of_square).filter(|[a, b, c]| a != b && b != c && c != a).collect()
 }
 
-pub(super) fn cuboid(low: [f32; 3], high: [f32; 3]) -> Facets {
+pub(in crate::cut_cells) fn cuboid(low: [f32; 3], high: [f32; 3]) -> Facets {
     let corner = |bits: usize| std::array::from_fn(|axis| if bits >> axis & 1 == 1 { high[axis] } else { low[axis] });
     let sides = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
     let of_side = |side: [usize; 4]| {
