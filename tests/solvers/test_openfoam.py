@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 import pytest
-from conftest import Model, hexcast, rod, run, save, save_solids, sphere
+from conftest import Model, cuboid, hexcast, rod, run, save, save_solids, sphere
 
 import foam
 
@@ -137,7 +137,7 @@ def test_cut_cells_around_and_in_a_sphere(tmp_path, form: str, fluid: int) -> No
     foam.system(case)
     arguments = ["ball.stl:name=ball", "--domain", "-2,-2,-2,2,2,2", "--dims", "24,24,24", "--unit", "mm", "--backend", "cpu", "--cut"]
     text = ["--ascii"] if form == "--ascii" else []
-    hexcast("mesh", *arguments, "--export-flags", fluid, *text, "-o", "case/ball.foam", cwd=tmp_path)
+    warned = hexcast("mesh", *arguments, "--export-flags", fluid, *text, "-o", "case/ball.foam", cwd=tmp_path)
     said = run("checkMesh", "-allTopology", "-case", case, cwd=tmp_path)
     assert "\nMesh OK." in said, said
     inside = np.linalg.det(facets).sum() / 6
@@ -146,9 +146,31 @@ def test_cut_cells_around_and_in_a_sphere(tmp_path, form: str, fluid: int) -> No
     print("volume", volume, "of", expected)
     # chords lie within a ball: that is off by the square of a sixth, a cell in radii
     assert volume == pytest.approx(expected, rel=0.02 if fluid else 0.0015)
+    percent, more, exact = re.search(r"the cells have (\S+) % (\w+) volume than the fluid, (\S+),", warned).groups()
+    assert float(percent) == pytest.approx(100 * abs(volume / expected - 1), abs=0.006)
+    assert (more == "more") == (volume > expected)
+    assert float(exact) == pytest.approx(expected, rel=1e-6)
     patches = dict(re.findall(r"(\w+)\s*\{\s*type (\w+);", (case / "constant/polyMesh/boundary").read_text()))
     sides = {f"{axis}{end}": "patch" for axis in "xyz" for end in ("Min", "Max")}
     assert patches == ({"background": "wall"} if fluid else {**sides, "ball": "wall"})
+
+
+@pytest.mark.parametrize("fluid", [1, 0])
+def test_cut_cells_keep_the_edges_of_a_box(tmp_path, fluid: int) -> None:
+    """Some of its sides lie in lines of the mesh."""
+    low, high = np.array([-1.0, -0.9, -1.0]), np.array([1.0, 0.5, 0.8])
+    save(tmp_path / "box.stl", cuboid(low, high))
+    case = tmp_path / "case"
+    foam.system(case)
+    arguments = ["box.stl", "--domain", "-2,-2,-2,2,2,2", "--dims", "16,16,16", "--unit", "mm", "--backend", "cpu", "--cut"]
+    said = hexcast("mesh", *arguments, "--export-flags", fluid, "-o", "case/box.foam", cwd=tmp_path)
+    assert ("volume than the fluid" in said) == (fluid == 0)
+    said = run("checkMesh", "-allTopology", "-case", case, cwd=tmp_path)
+    assert "\nMesh OK." in said, said
+    inside = np.prod(high - low)
+    volume = float(re.search(r"Total volume = (\S+?)\. ", said)[1]) * 1e9
+    # around it some cells would be of a wrong shape
+    assert volume == pytest.approx(inside if fluid else 64 - inside, rel=1e-5 if fluid else 2e-3)
 
 
 def test_flow_through_a_pipe_of_cut_cells(tmp_path) -> None:

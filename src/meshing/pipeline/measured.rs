@@ -103,6 +103,10 @@ impl Uncut {
     pub(super) async fn outline(&self, task: &Task<'_>, max_bytes: u64) -> Result<Option<Outline>> {
         let &Task { job, options, prepared, control, .. } = task;
         let Some(fluid) = options.outline else { return Ok(None) };
+        if cfg!(target_arch = "wasm32") {
+            let message = "cut cells are made natively";
+            return Err(Error::new("job-conflict", message, "run hexcast mesh --cut, or leave out the outline"));
+        }
         let fluid = fluid.flag(&prepared.geometries)?;
         if prepared.window.is_some() || job.close_gaps.is_some() {
             let message = "cut cells are made of a whole box, whose gaps stay open";

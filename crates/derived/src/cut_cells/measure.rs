@@ -127,7 +127,7 @@ pub(super) struct Measure<'a> {
     pub(super) grid: Grid<'a>,
     ruler: Ruler,
     /// Of each rank.
-    is_oriented: Vec<bool>,
+    pub(super) is_oriented: Vec<bool>,
     /// Of each position 1, or -1 where its facets face inwards.
     turns: Vec<f64>,
     /// First facet of each part, then the end; the facets that reach into it.

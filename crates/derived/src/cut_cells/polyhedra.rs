@@ -3,39 +3,43 @@
 //! Lines, whole cells, [`Outline`] -> [`Polyhedra`].
 //!
 //! # Theory
-//! The surface goes straight from crossing to crossing on the faces of cells, and within a cell over flat polygons between these segments (`cell.rs`). Crossings are exact; what is between
-//! them is not: a smooth surface is off by the square of the cell's size, an edge of a body within a cell is cut off. So is an edge in a line of the mesh, where
-//! the body is above that line along x, y or z: a corner of the mesh stands for what is infinitesimally below it. A point is one of a line or of two lines of the mesh, and both cells of a face
-//! have the same ones, so the mesh is closed by construction; each cell is checked nevertheless.
+//! The surface goes straight from crossing to crossing on the faces of cells, over the place where it bends sharply, and within a cell over flat polygons between these segments, or between
+//! them and its corner there (`cell.rs`). Crossings, bends and corners are exact; what is between them is not: a smooth surface is off by the square of the cell's size. A point is one of a
+//! line, of a face or of a cell of the mesh, and both cells of a face have the same ones, so the mesh is closed by construction; each cell is checked nevertheless.
 //!
 //! *Crossings near a corner* of the mesh, within [`SNAP`] of the edge, lie in the corner: faces and bodies of nothing vanish.
 //!
 //! *Small bodies*, below [`LEAST`] of their cell, are joined with what is behind their largest face, and so on while the whole is small (`join.rs`): no part of the fluid is lost.
 //!
-//! *What is thinner than a cell*, where an edge is crossed several times, has no room between corners: such an edge is crossed once or not at all. These cells are counted.
+//! *Wrong shapes*: where a cell with bends is wrong (`quality.rs`), its surface is flat there.
+//!
+//! *What is thinner than a cell*, where an edge is crossed several times, has no room between corners: such an edge is crossed once or not at all, and a cell without a corner in the fluid has none of it. These cells are counted.
 //!
 //! Cost: O(cells) time; some 150 bytes a cell of the fluid, 13 a cell of the box.
 
-mod cell;
+pub(in crate::cut_cells) mod cell;
 mod join;
 mod merge;
-mod planar;
+pub(in crate::cut_cells) mod planar;
 mod quality;
 #[cfg(test)]
 mod tests;
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
+use crate::cut_cells::edges::ACROSS;
 use crate::mesh::outline::{Outline, OutlineCell};
 use hexcast_core::base::error::{Error, Result};
 use hexcast_core::grid::lines::Lines;
 
-use cell::{CROSSING, Vertex, bodies, ends, loops, polygons};
+use cell::{BEND, CROSSING, Vertex, bodies, ends, loops, polygons};
 
 /// A crossing so near to an end of its edge, in edges, lies in it.
 pub const SNAP: f64 = 0.05;
 /// A body of less of its cell is joined with another.
 pub const LEAST: f64 = 0.3;
+/// Meshes that are made at most to find out which bends make cells wrong.
+const ROUNDS: usize = 5;
 /// What is not there: of a cell its body, of a point its number.
 const NONE: u32 = u32::MAX;
 
@@ -66,8 +70,10 @@ pub struct Face {
 pub struct Counts {
     /// Bodies joined with others.
     pub joined: u32,
-    /// Bodies of no volume without a cell beside them, which are left out.
+    /// Bodies of no volume, which are left out.
     pub empty: u32,
+    /// Cells of a wrong shape.
+    pub wrong: u32,
 }
 
 /// A closed mesh of polyhedra.
@@ -90,17 +96,26 @@ impl Polyhedra {
     /// # Errors
     /// `export-too-large` where there are more than 2^31 - 1 faces, points or corners; `cut-open` where a cell is not closed, which is an error of hexcast.
     pub fn new(lines: &Lines, outline: &Outline, is_whole: &[bool]) -> Result<Polyhedra> {
-        let mut build = Build::new(lines, outline, is_whole)?;
-        let [nx, ny, nz] = build.dims;
-        for z in 0..nz {
-            for y in 0..ny {
-                (0..nx).for_each(|x| build.add([x, y, z]));
-                build.check_size()?;
+        let mut flat = Flat::default();
+        let mut rounds = 0..ROUNDS;
+        loop {
+            let mut build = Build::new(lines, outline, is_whole, &flat)?;
+            let [nx, ny, nz] = build.dims;
+            for z in 0..nz {
+                for y in 0..ny {
+                    (0..nx).for_each(|x| build.add([x, y, z]));
+                    build.check_size()?;
+                }
             }
+            let (found, wrong) = build.joined();
+            // where bends make cells wrong the surface is flat
+            let more = build.bent(wrong);
+            if more.is_empty() || rounds.next().is_none() {
+                found.check_closed()?;
+                return Ok(found);
+            }
+            flat.extend(more);
         }
-        let found = build.joined();
-        found.check_closed()?;
-        Ok(found)
     }
 
     /// The corners of a face, against the clock as seen from outside of its owner: indices of points.
@@ -168,6 +183,26 @@ struct Inside<'a> {
     first: u32,
 }
 
+/// Where the surface is flat although it bends.
+#[derive(Default)]
+struct Flat {
+    /// Faces by the corner of the mesh at their low end, and the axis across.
+    faces: HashSet<(u64, u8)>,
+    /// Cells, by index.
+    peaks: HashSet<u64>,
+}
+
+impl Flat {
+    fn is_empty(&self) -> bool {
+        self.faces.is_empty() && self.peaks.is_empty()
+    }
+
+    fn extend(&mut self, more: Flat) {
+        self.faces.extend(more.faces);
+        self.peaks.extend(more.peaks);
+    }
+}
+
 /// A polyhedron before it is joined with others.
 struct Body {
     cell: [u32; 3],
@@ -177,6 +212,7 @@ struct Build<'a> {
     lines: [Vec<f64>; 3],
     dims: [u32; 3],
     outline: &'a Outline,
+    flat: &'a Flat,
     /// Of each cell its first body, or none.
     first: Vec<u32>,
     /// Of each cell its place in the outline, or none.
@@ -185,6 +221,8 @@ struct Build<'a> {
     /// Of each point of the mesh lines, x fastest, its number, or none.
     nodes: Vec<u32>,
     crossings: HashMap<(u64, u8), u32>,
+    /// By the corner of the mesh at their low end, and the axis across.
+    bends: HashMap<(u64, u8), u32>,
     points: Vec<[f64; 3]>,
     faces: Vec<Face>,
     corners: Vec<u32>,
@@ -192,7 +230,7 @@ struct Build<'a> {
 }
 
 impl<'a> Build<'a> {
-    fn new(lines: &Lines, outline: &'a Outline, is_whole: &[bool]) -> Result<Build<'a>> {
+    fn new(lines: &Lines, outline: &'a Outline, is_whole: &[bool], flat: &'a Flat) -> Result<Build<'a>> {
         let dims = lines.dims();
         let n_cells = lines.n_cells();
         let n_nodes: u64 = dims.iter().map(|&n| u64::from(n) + 1).product();
@@ -223,11 +261,13 @@ impl<'a> Build<'a> {
             lines: [0, 1, 2].map(|axis| lines.list(axis)),
             dims,
             outline,
+            flat,
             first,
             cut,
             bodies: all,
             nodes: vec![NONE; n_nodes as usize],
             crossings: HashMap::new(),
+            bends: HashMap::new(),
             points: Vec::new(),
             faces: Vec::new(),
             corners: Vec::new(),
@@ -289,21 +329,45 @@ impl<'a> Build<'a> {
             }
         }
         let Some(outline) = inside.outline else { return };
-        loops(inside.corners, |corner, edges| {
+        loops(inside.corners, |corner, vertices| {
             let owner = inside.first + u32::from(inside.bodies[corner]);
             self.begin();
-            edges.iter().for_each(|&edge| self.push((cell, Some(outline)), CROSSING + edge));
+            // what is behind the surface at each crossing
+            let mut walls = Vec::new();
+            for &vertex in vertices {
+                self.push((cell, Some(outline)), vertex);
+                if let Some(&point) = self.polygon.last().filter(|_| vertex < BEND) {
+                    walls.push((point, wall(outline, inside.corners, vertex - CROSSING)));
+                }
+            }
             let ring = std::mem::take(&mut self.polygon);
-            let behind = surface(outline, inside.corners, edges);
-            let size = (0..3).map(|axis| self.size(cell, axis)).fold(f64::INFINITY, f64::min);
-            let mut flat = Vec::new();
-            planar::split(&ring, &self.points, 1e-6 * size, |polygon| flat.push(polygon.to_vec()));
-            for polygon in flat {
-                let side = self.side_of(&polygon);
+            for polygon in self.flat(&ring, (cell, outline)) {
+                let behind = match self.side_of(&polygon) {
+                    Some(side) => Behind::Side(side, cell),
+                    None => surface(&walls, &polygon),
+                };
                 self.polygon = polygon;
-                self.finish(owner, side.map_or(behind, |side| Behind::Side(side, cell)));
+                self.finish(owner, behind);
             }
         });
+    }
+
+    /// The flat polygons of a loop: those between its points, or between them and the corner of the surface in the cell.
+    fn flat(&mut self, ring: &[u32], (cell, outline): ([u32; 3], &OutlineCell)) -> Vec<Vec<u32>> {
+        let mut flat = Vec::new();
+        if !outline.peak[0].is_nan() && !self.flat.peaks.contains(&outline.cell) {
+            let peak = match corner_near(outline.peak, [0, 1, 2]) {
+                Some(corner) => self.node(cell, corner),
+                None => self.inner(cell, outline.peak),
+            };
+            if !ring.contains(&peak) {
+                flat.extend((0..ring.len()).map(|at| vec![ring[at], ring[(at + 1) % ring.len()], peak]));
+                return flat;
+            }
+        }
+        let size = (0..3).map(|axis| self.size(cell, axis)).fold(f64::INFINITY, f64::min);
+        planar::split(ring, &self.points, 1e-6 * size, |polygon| flat.push(polygon.to_vec()));
+        flat
     }
 
     fn size(&self, cell: [u32; 3], axis: usize) -> f64 {
@@ -324,10 +388,14 @@ impl<'a> Build<'a> {
         self.polygon.clear();
     }
 
-    /// Adds a vertex of a cell to the polygon, unless it is the same point as that before.
+    /// Adds a vertex of a cell to the polygon, unless it is the same point as that before, or there is none.
     fn push(&mut self, (cell, outline): ([u32; 3], Option<&OutlineCell>), vertex: Vertex) {
         let point = if vertex < CROSSING {
             self.node(cell, vertex)
+        } else if vertex >= BEND {
+            let face = vertex - BEND;
+            let Some(at) = outline.and_then(|of| self.bend_of(cell, of, face)) else { return };
+            self.bend(cell, face, at)
         } else {
             let edge = vertex - CROSSING;
             let [low, high] = ends(edge);
@@ -376,16 +444,81 @@ impl<'a> Build<'a> {
         number
     }
 
-    /// Ends the polygon: a face, if it has an area.
+    /// What a face is known by.
+    fn key(&self, cell: [u32; 3], face: u8) -> (u64, u8) {
+        let axis = face / 2;
+        (self.place(cell, face % 2 << axis).0, axis)
+    }
+
+    /// Where the surface of a cell bends on a face, if it does.
+    fn bend_of(&self, cell: [u32; 3], of: &OutlineCell, face: u8) -> Option<[f64; 2]> {
+        let at = of.bends[usize::from(face)];
+        (!at[0].is_nan() && !self.flat.faces.contains(&self.key(cell, face))).then_some(at)
+    }
+
+    /// The bends and peaks of some cells.
+    fn bent(&self, cells: Vec<[u32; 3]>) -> Flat {
+        let mut more = Flat::default();
+        for cell in cells {
+            let Some(of) = self.outline.cells.get(self.cut[self.index(cell)] as usize) else { continue };
+            if !of.peak[0].is_nan() && !self.flat.peaks.contains(&of.cell) {
+                more.peaks.insert(of.cell);
+            }
+            for face in (0..6).filter(|&face| self.bend_of(cell, of, face).is_some()) {
+                more.faces.insert(self.key(cell, face));
+                // a peak is one of bends on both sides
+                let axis = usize::from(face / 2);
+                let next = if face % 2 == 1 { cell[axis].checked_add(1) } else { cell[axis].checked_sub(1) };
+                if let Some(next) = next.filter(|&next| next < self.dims[axis]) {
+                    let mut beside = cell;
+                    beside[axis] = next;
+                    more.peaks.insert(self.index(beside) as u64);
+                }
+            }
+        }
+        more
+    }
+
+    /// Where the surface bends on a face of a cell.
+    fn bend(&mut self, cell: [u32; 3], face: u8, [first, second]: [f64; 2]) -> u32 {
+        let across = ACROSS[usize::from(face / 2)];
+        let mut at = [f64::from(face % 2); 3];
+        (at[across[0]], at[across[1]]) = (first, second);
+        if let Some(corner) = corner_near(at, across) {
+            return self.node(cell, corner);
+        }
+        let key = self.key(cell, face);
+        if let Some(&known) = self.bends.get(&key) {
+            return known;
+        }
+        let number = self.inner(cell, at);
+        self.bends.insert(key, number);
+        number
+    }
+
+    /// A point in a cell, given its place there.
+    fn inner(&mut self, cell: [u32; 3], at: [f64; 3]) -> u32 {
+        let place = |axis: usize| {
+            let (low, at) = (cell[axis] as usize, at[axis]);
+            // exactly on a face
+            if at == 1.0 { self.lines[axis][low + 1] } else { self.lines[axis][low] + at * self.size(cell, axis) }
+        };
+        let point = [0, 1, 2].map(place);
+        self.points.push(point);
+        self.points.len() as u32 - 1
+    }
+
+    /// Ends the polygon: a face, several where it comes back to a point, as to a corner in which the surface bends, and none where it has no area.
     fn finish(&mut self, owner: u32, behind: Behind) {
-        while self.polygon.len() > 1 && self.polygon.first() == self.polygon.last() {
-            self.polygon.pop();
-        }
-        if self.polygon.len() > 2 {
-            let (start, n) = (self.corners.len() as u32, self.polygon.len() as u32);
-            self.corners.extend_from_slice(&self.polygon);
-            self.faces.push(Face { start, n, owner, behind });
-        }
+        let polygon = std::mem::take(&mut self.polygon);
+        planar::pinched(&polygon, |ring| {
+            if ring.len() > 2 {
+                let (start, n) = (self.corners.len() as u32, ring.len() as u32);
+                self.corners.extend_from_slice(ring);
+                self.faces.push(Face { start, n, owner, behind });
+            }
+        });
+        self.polygon = polygon;
     }
 }
 
@@ -394,16 +527,26 @@ fn in_fluid(of: &OutlineCell, fluid: u8) -> u8 {
     (0..8).filter(|&corner| of.corners[corner] == fluid).fold(0, |all, corner| all | 1 << corner)
 }
 
-/// What is behind a loop of the surface: that which most of its edges have, of several the least.
-fn surface(of: &OutlineCell, fluid: u8, edges: &[u8]) -> Behind {
-    let mut all: Vec<(u8, u32)> = edges
-        .iter()
-        .map(|&edge| {
-            let [low, high] = ends(edge);
-            let behind = if fluid >> low & 1 == 1 { high } else { low };
-            (of.corners[usize::from(behind)], of.walls[usize::from(edge)])
-        })
-        .collect();
+/// The corner of a cell that a place is so near to that it lies in it.
+fn corner_near<const N: usize>(at: [f64; 3], axes: [usize; N]) -> Option<u8> {
+    let is_near = |axis: &usize| at[*axis] < SNAP || at[*axis] > 1.0 - SNAP;
+    axes.iter().all(is_near).then(|| (0..3).fold(0, |corner, axis| corner | u8::from(at[axis] > 0.5) << axis))
+}
+
+/// What is behind the surface where it crosses an edge: the flag, and whose facet it is.
+fn wall(of: &OutlineCell, fluid: u8, edge: u8) -> (u8, u32) {
+    let [low, high] = ends(edge);
+    let behind = if fluid >> low & 1 == 1 { high } else { low };
+    (of.corners[usize::from(behind)], of.walls[usize::from(edge)])
+}
+
+/// What is behind a polygon of a loop: that which most of its crossings have, of several the least; where it has none, those of the loop.
+fn surface(walls: &[(u32, (u8, u32))], polygon: &[u32]) -> Behind {
+    let own = walls.iter().filter(|(point, _)| polygon.contains(point));
+    let mut all: Vec<(u8, u32)> = own.map(|(_, wall)| *wall).collect();
+    if all.is_empty() {
+        all.extend(walls.iter().map(|(_, wall)| *wall));
+    }
     all.sort_unstable();
     let n_of = |one: &(u8, u32)| all.iter().filter(|other| *other == one).count();
     let (flag, wall) = all.iter().rev().max_by_key(|one| n_of(one)).copied().unwrap_or_default();

@@ -2,6 +2,8 @@
 //!
 //! [`cut_cells::outline`](crate::cut_cells::outline) finds it, [`polyhedra`](crate::cut_cells::polyhedra) makes cells of it. All cells at an edge have the same numbers.
 
+use std::sync::OnceLock;
+
 /// Of a cut cell: its corners are numbered by bits of x, y and z; its edges 4 along x, then y, then z, each at the low ends of the two other axes, at
 /// the high end of the first of them, at that of the second, and at both.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,8 +18,14 @@ pub struct OutlineCell {
     pub crossings: [f64; 12],
     /// Whose facet that is: an index of [`Outline::walls`]; not used where there is no crossing.
     pub walls: [u32; 12],
+    /// Where the surface bends sharply on each face, as at an edge of a body, along the two axes of the face, in cells; NaN where it runs straight from crossing to crossing.
+    pub bends: [[f64; 2]; 6],
+    /// Where it has a corner within the cell, from the low corner, in cells; NaN where it has none.
+    pub peak: [f64; 3],
     /// Whether an edge is crossed several times: what is there is thinner than the cell.
     pub is_thin: bool,
+    /// The fraction of the cell that is fluid.
+    pub fraction: f64,
 }
 
 /// The outline of the cells of one flag.
@@ -30,11 +38,47 @@ pub struct Outline {
     pub cells: Vec<OutlineCell>,
     /// Names of solids, or of geometries whose files name no solids.
     pub walls: Vec<String>,
+    /// Volume of the fluid in the box, in the unit of the lines cubed.
+    pub volume: f64,
+    /// What became of it, once its cells were cut.
+    made: OnceLock<Made>,
+}
+
+/// What is known of cut cells that were made.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct Made {
+    /// Their volume, in the unit of the lines cubed.
+    pub volume: f64,
+    /// Cells of a shape that OpenFOAM's `checkMesh` would call wrong.
+    pub n_wrong: u32,
 }
 
 impl Outline {
+    pub(crate) fn new(fluid: u8, cells: Vec<OutlineCell>, walls: Vec<String>, volume: f64) -> Outline {
+        Outline { fluid, cells, walls, volume, made: OnceLock::new() }
+    }
+
+    /// Tells what became of it.
+    #[doc(hidden)]
+    pub fn tell(&self, volume: f64, n_wrong: u32) {
+        // the same each time
+        self.made.get_or_init(|| Made { volume, n_wrong });
+    }
+
+    /// What became of it, once an exporter cut its cells.
+    pub fn made(&self) -> Option<Made> {
+        self.made.get().copied()
+    }
+
     /// Cells of which an edge is crossed several times.
     pub fn n_thin(&self) -> usize {
         self.cells.iter().filter(|cell| cell.is_thin).count()
+    }
+
+    /// Cells without a corner in the fluid that have some of it.
+    pub fn n_left_out(&self) -> usize {
+        let is_left_out = |cell: &&OutlineCell| cell.fraction > 0.0 && !cell.corners.contains(&self.fluid);
+        self.cells.iter().filter(is_left_out).count()
     }
 }

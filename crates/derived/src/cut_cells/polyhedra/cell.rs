@@ -10,19 +10,23 @@
 
 use crate::cut_cells::edges::ends_of;
 
-/// A corner of the cell (0 to 7), or the crossing of an edge (8 + its number).
-pub(super) type Vertex = u8;
+/// A corner of the cell (0 to 7), the crossing of an edge (8 + its number), or where the surface bends on a face (20 + its number), if it does.
+pub(in crate::cut_cells) type Vertex = u8;
 /// Number of the crossing of the first edge.
-pub(super) const CROSSING: u8 = 8;
-/// Corners of a polygon on a face, at most.
+pub(in crate::cut_cells) const CROSSING: u8 = 8;
+/// Number of the bend on the first face.
+pub(in crate::cut_cells) const BEND: u8 = 20;
+/// Vertices of a polygon on a face, at most.
 const MOST: usize = 6;
+/// Of a loop: all crossings, each with a bend.
+const MOST_OF_LOOP: usize = 24;
 
 /// The corners of each face, against the clock as seen from outside of the cell.
 const FACES: [[u8; 4]; 6] = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
 
 /// Vertices on a face of a cell.
 #[derive(Clone, Copy, Default)]
-pub(super) struct OnFace {
+pub(in crate::cut_cells) struct OnFace {
     vertices: [Vertex; MOST],
     n: usize,
 }
@@ -33,7 +37,7 @@ impl OnFace {
         self.n += 1;
     }
 
-    pub(super) fn vertices(&self) -> &[Vertex] {
+    pub(in crate::cut_cells) fn vertices(&self) -> &[Vertex] {
         &self.vertices[..self.n]
     }
 
@@ -54,7 +58,7 @@ fn edge(one: u8, other: u8) -> u8 {
 }
 
 /// The polygons of the fluid on a face: none, one or two.
-pub(super) fn polygons(fluid: u8, face: usize) -> impl Iterator<Item = OnFace> {
+pub(in crate::cut_cells) fn polygons(fluid: u8, face: usize) -> impl Iterator<Item = OnFace> {
     let corners = FACES[face];
     let is_fluid = move |at: usize| fluid >> corners[at % 4] & 1 == 1;
     let is_whole = (0..4).all(is_fluid);
@@ -71,13 +75,14 @@ pub(super) fn polygons(fluid: u8, face: usize) -> impl Iterator<Item = OnFace> {
         }
         if !is_whole {
             polygon.push(CROSSING + edge(corners[(at + 3) % 4], corners[at % 4]));
+            polygon.push(BEND + face as u8);
         }
         polygon
     })
 }
 
 /// The bodies of the fluid in a cell: how many, and which each corner is in.
-pub(super) fn bodies(fluid: u8) -> (u8, [u8; 8]) {
+pub(in crate::cut_cells) fn bodies(fluid: u8) -> (u8, [u8; 8]) {
     let (mut n, mut of, mut left) = (0, [0; 8], fluid);
     while left != 0 {
         let mut body = left & left.wrapping_neg();
@@ -96,15 +101,17 @@ pub(super) fn bodies(fluid: u8) -> (u8, [u8; 8]) {
     (n, of)
 }
 
-/// The loops of the surface in a cell, each with a corner of the body that it closes: edges, one after the other.
-pub(super) fn loops(fluid: u8, mut each: impl FnMut(usize, &[u8])) {
-    let mut next = [u8::MAX; 12];
+/// The loops of the surface in a cell, each with a corner of the body that it closes: crossings, and between two of them the bend of their face.
+pub(in crate::cut_cells) fn loops(fluid: u8, mut each: impl FnMut(usize, &[Vertex])) {
+    // of each crossing the next, and the face on which it is
+    let (mut next, mut on) = ([u8::MAX; 12], [0; 12]);
     for face in 0..6 {
         for polygon in polygons(fluid, face) {
-            let vertices = polygon.vertices();
-            let (first, last) = (vertices[0], vertices[vertices.len() - 1]);
-            if first >= CROSSING {
-                next[usize::from(first - CROSSING)] = last - CROSSING;
+            if let [first, .., last, _] = *polygon.vertices()
+                && first >= CROSSING
+            {
+                let first = usize::from(first - CROSSING);
+                (next[first], on[first]) = (last - CROSSING, face as u8);
             }
         }
     }
@@ -112,12 +119,12 @@ pub(super) fn loops(fluid: u8, mut each: impl FnMut(usize, &[u8])) {
         if next[usize::from(start)] == u8::MAX {
             continue;
         }
-        let (mut edges, mut n, mut at) = ([0; 12], 0, start);
+        let (mut vertices, mut n, mut at) = ([0; MOST_OF_LOOP], 0, start);
         while next[usize::from(at)] != u8::MAX {
-            (edges[n], n) = (at, n + 1);
+            (vertices[n], vertices[n + 1], n) = (CROSSING + at, BEND + on[usize::from(at)], n + 2);
             at = std::mem::replace(&mut next[usize::from(at)], u8::MAX);
         }
-        each(corner_of(fluid, start), &edges[..n]);
+        each(corner_of(fluid, start), &vertices[..n]);
     }
 }
 
@@ -128,7 +135,7 @@ fn corner_of(fluid: u8, edge: u8) -> usize {
 }
 
 /// The corners at the ends of an edge.
-pub(super) fn ends(edge: u8) -> [u8; 2] {
+pub(in crate::cut_cells) fn ends(edge: u8) -> [u8; 2] {
     ends_of(edge.into()).map(|corner| corner as u8)
 }
 
@@ -150,10 +157,9 @@ mod tests {
             for face in 0..6 {
                 polygons(fluid, face).for_each(|polygon| add(polygon.vertices(), of[polygon.corner()]));
             }
-            loops(fluid, |corner, edges| {
-                assert!(edges.len() >= 3);
-                let vertices: Vec<Vertex> = edges.iter().map(|edge| CROSSING + edge).collect();
-                add(&vertices, of[corner]);
+            loops(fluid, |corner, vertices| {
+                assert!(vertices.len() >= 6);
+                add(vertices, of[corner]);
             });
             let mut back: Vec<_> = segments.iter().map(|&(from, to, body)| (to, from, body)).collect();
             segments.sort_unstable();

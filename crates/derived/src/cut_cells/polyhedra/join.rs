@@ -1,6 +1,7 @@
 //! Small bodies are joined with what is behind their largest face, and the rest gets its numbers; where that makes cells of a wrong shape, others are joined.
 //!
-//! Bodies, faces -> [`Polyhedra`]. Bodies are looked at in their order, until none is small that has another beside it. Faces within a cell vanish, those of a cell that lead to the same become one
+//! Bodies, faces -> [`Polyhedra`]. Bodies are looked at in their order, until none is small that has another beside it. Those without a volume, as where a body lies in lines of the mesh, are left out: what is beside
+//! them ends there. Faces within a cell vanish, those of a cell that lead to the same become one
 //! (`merge.rs`), and points that no face has then are left out.
 //!
 //! Where cells are wrong (`quality.rs`), one body of each takes the next of its ways: faces that are not merged, the second or third of its neighbours, to be by itself. That is tried some times,
@@ -71,17 +72,21 @@ impl Groups {
 }
 
 impl Build<'_> {
-    /// Joins small bodies.
-    pub(super) fn joined(self) -> Polyhedra {
+    /// Joins small bodies; and the cells of the mesh with bodies in cells that are wrong.
+    pub(super) fn joined(&self) -> (Polyhedra, Vec<[u32; 3]>) {
         let volumes = self.volumes();
         let mut ways: HashMap<u32, usize> = HashMap::new();
-        let (mut best, mut since): (Option<(usize, Polyhedra)>, usize) = (None, 0);
+        let (mut best, mut since): (Option<(usize, Polyhedra, Vec<[u32; 3]>)>, usize) = (None, 0);
         for trial in 0..TRIALS {
             let (found, cell_of) = self.trial(&volumes, &ways);
             let wrong = quality::wrong(&found);
             since += 1;
-            if best.as_ref().is_none_or(|(n, _)| wrong.len() < *n) {
-                (best, since) = (Some((wrong.len(), found)), 0);
+            if best.as_ref().is_none_or(|(n, ..)| wrong.len() < *n) {
+                let counts = Counts { wrong: wrong.len() as u32, ..found.counts };
+                let is_wrong: HashSet<u32> = wrong.iter().copied().collect();
+                let bodies = self.bodies.iter().zip(&cell_of).filter(|(_, cell)| is_wrong.contains(cell));
+                let cells = bodies.map(|(body, _)| body.cell).collect();
+                (best, since) = (Some((wrong.len(), Polyhedra { counts, ..found }, cells)), 0);
             }
             if wrong.is_empty() || since >= PATIENCE {
                 break;
@@ -97,7 +102,8 @@ impl Build<'_> {
                 *ways.entry(bodies[trial % bodies.len()]).or_default() += 1;
             }
         }
-        best.map_or_else(|| self.trial(&volumes, &ways).0, |(_, found)| found)
+        let (_, found, cells) = best.unwrap_or_else(|| (0, self.trial(&volumes, &ways).0, Vec::new()));
+        (found, cells)
     }
 
     /// Whether a body is that of a cell of the outline.
@@ -114,8 +120,9 @@ impl Build<'_> {
         let own = volumes.clone();
         let mut counts = Counts::default();
         let mut groups = Groups((0..self.bodies.len() as u32).collect());
-        let is_joined = |body: u32| own[body as usize] <= NOTHING || way_of(body, &own).joins.is_some();
-        let mut faces_of = self.faces_of(is_joined);
+        let has_volume = |body: u32| own[body as usize] > NOTHING;
+        let is_joined = |body: u32| has_volume(body) && way_of(body, &own).joins.is_some();
+        let mut faces_of = self.faces_of(is_joined, has_volume);
         let mut left: Vec<u32> = faces_of.keys().copied().collect();
         left.sort_unstable();
         while !left.is_empty() {
@@ -182,12 +189,15 @@ impl Build<'_> {
         volumes
     }
 
-    /// The faces to others of all bodies that are joined.
-    fn faces_of(&self, is_joined: impl Fn(u32) -> bool) -> HashMap<u32, Vec<u32>> {
+    /// The faces to others, which have a volume, of all bodies that are joined.
+    fn faces_of(&self, is_joined: impl Fn(u32) -> bool, has_volume: impl Fn(u32) -> bool) -> HashMap<u32, Vec<u32>> {
         let joined = (0..self.bodies.len() as u32).filter(|&body| is_joined(body));
         let mut faces_of: HashMap<u32, Vec<u32>> = joined.map(|body| (body, Vec::new())).collect();
         for (index, face) in (0..).zip(&self.faces) {
             let Behind::Cell(other) = face.behind else { continue };
+            if !has_volume(face.owner) || !has_volume(other) {
+                continue;
+            }
             for body in [face.owner, other] {
                 if let Some(all) = faces_of.get_mut(&body) {
                     all.push(index);
@@ -276,13 +286,24 @@ impl Build<'_> {
     /// The faces between cells and around them, in order, and whether their corners are to be turned.
     fn kept(&self, cell_of: &[u32]) -> Vec<(Face, bool)> {
         let mut kept: Vec<(Face, bool)> = Vec::with_capacity(self.faces.len());
+        // what is behind the surface of bodies that are left out
+        let is_surface = |face: &&Face| matches!(face.behind, Behind::Surface(..) | Behind::Side(..));
+        let left_out = self.faces.iter().filter(|face| cell_of[face.owner as usize] == NONE);
+        let walls: HashMap<u32, Behind> = left_out.filter(is_surface).map(|face| (face.owner, face.behind)).collect();
         for &face in &self.faces {
             let owner = cell_of[face.owner as usize];
             let behind = match face.behind {
+                Behind::Cell(other) if cell_of[other as usize] == NONE => {
+                    walls.get(&other).copied().unwrap_or(Behind::Surface(0, 0))
+                }
                 Behind::Cell(other) => Behind::Cell(cell_of[other as usize]),
                 behind => behind,
             };
             match behind {
+                Behind::Cell(other) if owner == NONE => {
+                    let behind = walls.get(&face.owner).copied().unwrap_or(Behind::Surface(0, 0));
+                    kept.push((Face { owner: other, behind, ..face }, true));
+                }
                 _ if owner == NONE => {}
                 Behind::Cell(other) if other == owner => {}
                 Behind::Cell(other) if other < owner => {

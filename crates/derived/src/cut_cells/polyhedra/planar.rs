@@ -3,7 +3,7 @@
 //! A loop that comes back to a point is two. A loop that is flat is one polygon; of another triangles are made from that corner on from which the one that shows least of its area along the
 //! mean normal shows most.
 
-pub(super) type Point = [f64; 3];
+pub(in crate::cut_cells) type Point = [f64; 3];
 
 pub(super) fn minus(a: Point, b: Point) -> Point {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
@@ -23,7 +23,7 @@ fn triangle(a: Point, b: Point, c: Point) -> Point {
 }
 
 /// The volume of the cone over a polygon, whose tip is a point, and the area vector of the polygon.
-pub(super) fn cone(mut polygon: impl Iterator<Item = Point>, tip: Point) -> (f64, Point) {
+pub(in crate::cut_cells) fn cone(mut polygon: impl Iterator<Item = Point>, tip: Point) -> (f64, Point) {
     let (mut volume, mut area) = (0.0, [0.0; 3]);
     let (Some(first), Some(mut before)) = (polygon.next(), polygon.next()) else { return (volume, area) };
     for corner in polygon {
@@ -36,16 +36,21 @@ pub(super) fn cone(mut polygon: impl Iterator<Item = Point>, tip: Point) -> (f64
 }
 
 /// Calls `each` with the polygons of a loop, flat to a distance.
-pub(super) fn split(ring: &[u32], points: &[Point], flat: f64, mut each: impl FnMut(&[u32])) {
+pub(in crate::cut_cells) fn split(ring: &[u32], points: &[Point], flat: f64, mut each: impl FnMut(&[u32])) {
+    pinched(ring, |ring| simple(ring, points, flat, &mut each));
+}
+
+/// Calls `each` with the parts of a loop that pass each point once.
+pub(super) fn pinched(ring: &[u32], mut each: impl FnMut(&[u32])) {
     let mut open: Vec<u32> = Vec::with_capacity(ring.len());
     for &point in ring {
         if let Some(at) = open.iter().position(|&other| other == point) {
-            let pinched: Vec<u32> = open.drain(at..).collect();
-            simple(&pinched, points, flat, &mut each);
+            each(&open[at..]);
+            open.truncate(at);
         }
         open.push(point);
     }
-    simple(&open, points, flat, &mut each);
+    each(&open);
 }
 
 /// Those of a loop that passes each point once.

@@ -130,10 +130,42 @@ fn what_ends_at_the_sides_of_the_box_has_faces_there() {
 }
 
 #[test]
+fn edges_and_corners_of_bodies_stay() {
+    // in lines of the mesh, between them, and both
+    let boxes = [([-3.0; 3], [2.0; 3]), ([-3.3, -2.6, -1.7], [2.4, 3.2, 3.6]), ([-3.0, -2.6, -2.0], [2.4, 3.0, 3.6])];
+    for (low, high) in boxes {
+        let Found { outline, cells, volume, exact } = found(&cuboid(low, high), &equal(10), 7);
+        check("box", &cells);
+        assert!((volume / exact - 1.0).abs() < 1e-6, "{low:?} to {high:?}: {volume} of {exact}");
+        assert!((outline.volume / exact - 1.0).abs() < 1e-12 && cells.counts.wrong == 0, "{:?}", cells.counts);
+        // around it some cells would be bent too much
+        let Found { cells, volume, exact, .. } = found(&cuboid(low, high), &equal(10), 0);
+        check("around a box", &cells);
+        let least = if low[1] == low[0] { 1e-6 } else { 0.02 };
+        assert!((volume / exact - 1.0).abs() < least, "around {low:?} to {high:?}: {volume} of {exact}");
+        assert_eq!(cells.counts.wrong, 0);
+    }
+    let Found { cells, .. } = found(&cuboid([-3.0; 3], [2.0; 3]), &equal(10), 7);
+    assert_eq!((cells.n_cells, cells.points.len()), (125, 216));
+    // an edge that is no line: some of its cells are cut flat
+    let turned: Vec<Facet> = cuboid([-2.5; 3], [2.5; 3])
+        .into_iter()
+        .map(|facet| facet.map(|[x, y, z]| [0.8 * x - 0.6 * y, 0.6 * x + 0.8 * y, z + 0.21]))
+        .collect();
+    for fluid in [0, 7] {
+        let Found { cells, volume, exact, .. } = found(&turned, &equal(20), fluid);
+        check("turned box", &cells);
+        assert!((volume / exact - 1.0).abs() < 1e-2 && cells.counts.wrong == 0, "fluid {fluid}: {volume} of {exact}");
+    }
+}
+
+#[test]
 fn what_is_thinner_than_a_cell_is_counted() {
     let plate = cuboid([-3.2, -3.2, 0.2], [3.2, 3.2, 0.4]);
     let Found { outline, cells, .. } = found(&plate, &equal(10), 0);
     assert!(outline.n_thin() > 20);
+    let inside = found(&plate, &equal(10), 7);
+    assert_eq!((inside.cells.n_cells, inside.outline.n_left_out()), (0, inside.outline.cells.len()));
     check("plate", &cells);
     assert_eq!(cells.n_cells, 1000);
 }

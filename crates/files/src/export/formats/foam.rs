@@ -66,7 +66,8 @@ fn check_mesh(mesh: &Mesh, options: &ExportOptions, keeps: &[bool; 256]) -> Resu
 }
 
 async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
-    if job.options.cut {
+    // no option of JavaScript asks for it: the wasm has no code for it
+    if job.options.cut && cfg!(not(target_arch = "wasm32")) {
         return cut::write(job, name, files).await;
     }
     let keeps = job.options.selection(job.mesh, false)?;

@@ -46,6 +46,7 @@ pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -
     job.for_each_slab(1, &mut push).await?;
     let cells = Polyhedra::new(job.mesh.lines(), outline, &is_whole)?;
     drop(is_whole);
+    outline.tell(cells.volumes().iter().map(|(volume, _)| volume).sum(), cells.counts.wrong);
     let file_names = file_names(name);
     let case = Case::new(job, &cells);
     for (part, name) in PARTS.into_iter().zip(&file_names) {
