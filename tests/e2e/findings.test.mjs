@@ -133,7 +133,7 @@ test('each finding is a line and a mark, and next flies to it in 3-D and in the 
   assert.ok((await marksAt(page, 'x', Math.floor(places[1][0] / 0.5))) >= 1);
   // what helps
   await page.getByRole('button', { name: 'Keep thin walls' }).first().click();
-  assert.equal(await page.inputValue('#fill'), 'separating');
+  assert.equal(await fillOf(page, 'plate'), 'separating');
   await run(page);
   assert.doesNotMatch(await page.textContent('#finding-list'), /got no cell/);
 });
@@ -160,6 +160,8 @@ test('the camera flies to a finding in some frames, and is there at once for peo
 
 /** A plate between two rows of centres, which has no cell, beside a block. */
 const LOST = { 'block.stl': boxBetween([0, 0, 0], [8, 4, 4]), 'plate.stl': boxBetween([0, 0, 6.3], [8, 4, 6.4]) };
+/** Which cells along its surface a part is given. */
+const fillOf = (page, name) => page.getByLabel(`Cells of ${name}`, { exact: true }).inputValue();
 const counter = (page, name) => page.getByRole('button', { name, exact: true });
 
 /** Opens the page with the plate as cells, meshed without a click. */
@@ -208,7 +210,7 @@ test('an offer is drawn while it is pointed at or has the focus, and is undone o
   await offer.hover();
   await expect(said).toBeVisible();
   await expect.poll(n_meshes).toBe(first + 1);
-  assert.deepEqual([await legend(page), await page.inputValue('#fill')], [before, 'centre'], 'the job and the mesh stay');
+  assert.deepEqual([await legend(page), await fillOf(page, 'plate')], [before, ''], 'the job and the mesh stay');
   await page.mouse.move(0, 0);
   await expect(said).toHaveCount(0);
   await expect.poll(n_meshes, 'the cells of the page come back').toBe(first + 2);
@@ -217,13 +219,13 @@ test('an offer is drawn while it is pointed at or has the focus, and is undone o
   await offer.focus();
   await expect(said).toBeVisible();
   await page.keyboard.press('Enter');
-  assert.equal(await page.inputValue('#fill'), 'separating');
+  assert.equal(await fillOf(page, 'plate'), 'separating');
   await expect(counter(page, '1 problem')).toHaveCount(0);
   const flags = new Map(await legend(page));
   assert.ok(flags.get(2) > 0, JSON.stringify([...flags]));
   await page.getByRole('button', { name: 'Undo it' }).click();
   await expect(counter(page, '1 problem')).toBeVisible();
-  assert.deepEqual([await legend(page), await page.inputValue('#fill')], [before, 'centre']);
+  assert.deepEqual([await legend(page), await fillOf(page, 'plate')], [before, '']);
   // and by Ctrl+Z
   await offer.click();
   await expect(counter(page, '1 problem')).toHaveCount(0);
@@ -238,7 +240,7 @@ test('an offer whose mesh would wait for a click only says what it changes', asy
   await cellsAreDrawn(page);
   const n_meshes = await page.getAttribute('#canvas-3d', 'data-meshes');
   await page.getByRole('button', { name: /^Keep thin walls/ }).hover();
-  await expect(page.getByText('Cells along surfaces: keep thin walls.', { exact: true })).toBeVisible();
+  await expect(page.getByText('plate: keep thin walls.', { exact: true })).toBeVisible();
   await page.waitForTimeout(500);
   assert.equal(await page.getAttribute('#canvas-3d', 'data-meshes'), n_meshes);
 });

@@ -326,6 +326,28 @@ test('what helps one part helps all alike with one button, which undo takes back
   await expect(page.locator('#findings-count')).toHaveText('2 problems');
 });
 
+test('thin metal on a thick part is kept with one button, and the thick part stays as it is', async ({ visit }) => {
+  const page = await visit('#cells=40&backend=cpu', { live: true });
+  const parts = {
+    below: boxBetween([1, 1, -0.03], [9, 4, 0]),
+    above: boxBetween([2, 1, 1], [8, 4, 1.03]),
+    board: boxBetween([0, 0, 0], [10, 5, 1]),
+  };
+  await page.setInputFiles(
+    '#file-input',
+    Object.entries(parts).map(([name, text]) => ({ name: `${name}.stl`, mimeType: '', buffer: Buffer.from(text) })),
+  );
+  await expect(page.locator('#findings-count')).toHaveText('2 problems');
+  const of = async (flag) => new Map(await legend(page)).get(flag);
+  const whole = 40 * 20 * 4;
+  assert.equal(await of(3), whole);
+  await page.getByRole('button', { name: /^Keep thin walls: all 2/ }).click();
+  await expect.poll(() => of(1)).toBe(32 * 12);
+  assert.equal(await of(2), 24 * 12);
+  assert.ok((await of(3)) >= whole - (32 + 24) * 12, 'the board has no cell more, and what the metal leaves of it');
+  await expect(page.getByText(/got no cell/)).toHaveCount(0);
+});
+
 test('who comes without a file sees a part as cells, which goes with the first file', async ({ visit }) => {
   const page = await visit('', { live: true });
   await cellsAreDrawn(page);

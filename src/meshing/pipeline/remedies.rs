@@ -11,7 +11,7 @@ pub(super) fn add_remedies(findings: &mut [Finding], job: &Job, geometries: &[Ge
     for finding in findings {
         let geometry = finding.geometry.as_ref().and_then(|of| geometries.get(of.index));
         let remedies = match (finding.code, geometry) {
-            ("shell-lost", Some(geometry)) => of_lost_shells(finding, job, geometry),
+            ("shell-lost", Some(geometry)) => of_lost_shells(finding, job, (geometry, geometries)),
             _ => remedy(finding, job, geometries).into_iter().collect(),
         };
         finding.remedies.extend(remedies);
@@ -29,13 +29,13 @@ fn remedy(finding: &Finding, job: &Job, geometries: &[Geometry]) -> Option<Remed
             let patch = json!({ "tolerance": tolerance });
             Some(Remedy::new("Allow a larger tolerance", patch, format!("--tolerance {tolerance}")))
         }
-        "surface-open-parity" => setting(job, geometry?, "Use the winding number", ("open", "winding")),
+        "surface-open-parity" => by_winding(job, geometry?),
         "flag-shared" => own_flag(job, geometry?, number("free_flag")?.as_u64()?),
         "shells-overlap" => Some(Remedy::new("Use the winding number", json!({ "rule": "nonzero" }), "--rule nonzero")),
         "wall-thin" if number("lost")?.as_u64() == Some(0) => None,
         "wall-thin" | "no-cell-thin" | "no-cell-flat" | "no-cell-open" | "no-cell-small" => {
             let is_filled = geometry?.fill != Fill::Centre;
-            if is_filled { None } else { setting(job, geometry?, "Keep thin walls", ("fill", "separating")) }
+            if is_filled { None } else { fill(job, (geometry?, geometries), "Keep thin walls", "separating") }
         }
         "no-cell-covered" | "plate-covered" => win(job, geometry?, geometries.get(finding.other.as_ref()?.index)?),
         _ => None,
@@ -43,7 +43,7 @@ fn remedy(finding: &Finding, job: &Job, geometries: &[Geometry]) -> Option<Remed
 }
 
 /// What gives cells to shells that have none: more cells, or a fill.
-fn of_lost_shells(finding: &Finding, job: &Job, geometry: &Geometry) -> Vec<Remedy> {
+fn of_lost_shells(finding: &Finding, job: &Job, (geometry, all): (&Geometry, &[Geometry])) -> Vec<Remedy> {
     let count = |key: &str| finding.values.get(key).and_then(serde_json::Number::as_u64);
     let factor = count("cells_factor").and_then(|factor| u32::try_from(factor).ok());
     let thickness = finding.values.get("thickness").and_then(serde_json::Number::as_f64).filter(|thick| *thick > 0.0);
@@ -57,12 +57,12 @@ fn of_lost_shells(finding: &Finding, job: &Job, geometry: &Geometry) -> Vec<Reme
         None => None,
     };
     let is_kept = count("crossed") == Some(finding.boxes.len() as u64);
-    let fill = match geometry.fill {
+    let by = match geometry.fill {
         Fill::Centre if is_kept => Some("separating"),
         Fill::Centre | Fill::Separating => Some("conservative"),
         _ => None,
     };
-    let filled = fill.and_then(|fill| setting(job, geometry, "Keep thin parts", ("fill", fill)));
+    let filled = by.and_then(|by| fill(job, (geometry, all), "Keep thin parts", by));
     finer.into_iter().chain(filled).collect()
 }
 
@@ -92,18 +92,32 @@ fn smaller_cells(finding: &Finding) -> Option<Remedy> {
     (distance >= 0.01 * smallest).then(|| Remedy::new("Allow smaller cells", patch, format!("--min-size {distance}")))
 }
 
-/// Sets a key that the job and its entries have: for all geometries, unless the entry of this one has the key itself.
-fn setting(job: &Job, geometry: &Geometry, label: &str, (key, value): (&str, &str)) -> Option<Remedy> {
+/// Fills a geometry, and lets it win over those that would have its cells: what is thin lies on what is not. Others stay as they are.
+fn fill(job: &Job, (geometry, all): (&Geometry, &[Geometry]), label: &str, by: &str) -> Option<Remedy> {
     let entry = job.geometries.get(geometry.entry)?;
-    let has_own = if key == "fill" { entry.fill.is_some() } else { entry.open.is_some() };
-    let of_entry = Remedy::of_entry(label, (geometry.entry, &entry.file), key, value.into());
-    if has_own {
+    let mut keys = vec![("fill", Value::from(by))];
+    // of two with one priority the later wins
+    let own = all.iter().position(|other| std::ptr::eq(other, geometry))?;
+    let others = all.iter().enumerate().filter(|(_, other)| other.entry != geometry.entry);
+    let stronger = others.filter(|(index, other)| (other.priority, *index) > (geometry.priority, own));
+    if let Some(strongest) = stronger.map(|(_, other)| other.priority).max() {
+        keys.push(("priority", strongest.checked_add(1)?.into()));
+    }
+    Some(Remedy::of_keys(label, (geometry.entry, &entry.file), &keys))
+}
+
+/// Asks for the winding number: for all geometries, unless the entry of this one has the key itself.
+fn by_winding(job: &Job, geometry: &Geometry) -> Option<Remedy> {
+    const LABEL: &str = "Use the winding number";
+    let entry = job.geometries.get(geometry.entry)?;
+    let of_entry = Remedy::of_entry(LABEL, (geometry.entry, &entry.file), "open", "winding".into());
+    if entry.open.is_some() {
         return Some(of_entry);
     }
     // the job of a report has the key in its entries, too
-    let mut patch = json!({ key: value });
+    let mut patch = json!({ "open": "winding" });
     patch["geometries"] = of_entry.patch["geometries"].clone();
-    Some(Remedy::new(label, patch, format!("--{key} {value}")))
+    Some(Remedy::new(LABEL, patch, "--open winding"))
 }
 
 /// Gives a geometry that nobody gave a flag one that is free; solids of a file have flags that count up.

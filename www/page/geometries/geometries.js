@@ -1,7 +1,7 @@
 /** The list of geometries: facts and settings of each. */
 import { byId, make } from '../elements/dom.js';
 import { removeGeometry } from './files.js';
-import { sizingFields } from './sizing.js';
+import { fillField, sizingFields } from './sizing.js';
 import { count, measure, readNumbers, times, writeNumbers } from '../text/format.js';
 import { materialField, startBackground } from '../settings/material.js';
 import { sentence } from '../elements/messages.js';
@@ -105,6 +105,7 @@ function card(geometry) {
       whole(geometry, 'flag', 'Flag', 1, 255),
       whole(geometry, 'priority', 'Priority', -1000, 1000),
     ),
+    fillField(geometry, edit),
     sizingFields(geometry, edit),
     ...(info.solids.length > 1 && info.closed_solids !== undefined ? [splitBox(geometry, info.closed_solids, edit)] : []),
     make(

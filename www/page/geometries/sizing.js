@@ -1,8 +1,31 @@
-/** The fields of a geometry that say how lines are generated around it; they are shown where the job generates lines. */
+/** The fields of a geometry that say which cells it has along its surface, and how lines are generated around it; these are shown where the job generates lines. */
 import { make } from '../elements/dom.js';
 import { readNumbers, writeNumbers } from '../text/format.js';
 
 /** @typedef {import('../state/state.js').Geometry} Geometry */
+
+/** @type {[string, string][]} */
+const FILLS = [
+  ['', 'as for all parts'],
+  ['centre', 'only if the centre is inside'],
+  ['separating', 'keep thin walls'],
+  ['conservative', 'every cell touched'],
+];
+
+/** @param {Geometry} geometry @param {(id: number, patch: Partial<Geometry>) => void} edit */
+export function fillField({ id, name, fill }, edit) {
+  const options = FILLS.map(([value, text]) => make('option', { value, selected: value === (fill ?? '') }, text));
+  const select = make(
+    'select',
+    {
+      className: 'fill',
+      'aria-label': `Cells of ${name}`,
+      on: { change: ({ target }) => edit(id, { fill: /** @type {Geometry['fill']} */ (target.value || null) }) },
+    },
+    ...options,
+  );
+  return make('label', { className: 'field' }, 'Which cells it has', select);
+}
 
 /** @param {Geometry} geometry @param {(id: number, patch: Partial<Geometry>) => void} edit */
 export function sizingFields({ id, name, max_size, min_cells, metal }, edit) {

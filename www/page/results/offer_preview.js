@@ -113,7 +113,10 @@ function wordsOf({ settings, entries }) {
   const ofParts = entries.map(({ index, keys }) => {
     const source = state.job?.geometries[index]?.source;
     const name = state.geometries.find(({ surface }) => surface === source)?.name ?? 'a part';
-    const what = Object.entries(keys ?? {}).map(([key, value]) => `${key.replaceAll('_', ' ')} ${value}`);
+    const what = Object.entries(keys ?? {}).map(([key, value]) => {
+      const choice = key === 'fill' && document.querySelector(`#fill [value=${value}]`);
+      return choice ? choice.textContent : `${key.replaceAll('_', ' ')} ${value}`;
+    });
     return keys ? `${name}: ${what.join(', ')}.` : `Without ${name}.`;
   });
   return [...ofFields, ...ofParts].join(' ');

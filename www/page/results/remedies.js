@@ -11,7 +11,7 @@ const SIZES = /** @type {const} */ (['cells', 'dims', 'cell_size']);
 /** Those of generated lines. */
 const GRADED_FIELDS = ['min_size', 'growth'];
 /** Keys of geometries that their fields have by the same names. */
-const GEOMETRY_FIELDS = ['flag', 'priority', 'scale', 'max_size', 'min_cells'];
+const GEOMETRY_FIELDS = ['flag', 'priority', 'fill', 'scale', 'max_size', 'min_cells'];
 
 /** Those remedies of a finding that the page has fields for. @param {import('hexcast').Finding} finding @returns {import('../state/state.js').Remedy[]} */
 export function remediesOf({ remedies }) {

@@ -220,6 +220,8 @@ function readGeometry(text) {
   if (Number.isInteger(flag) && flag >= 1 && flag <= 255) settings.flag = flag;
   const priority = Number(query.get('priority') ?? NaN);
   if (Number.isInteger(priority)) settings.priority = priority;
+  const fill = /** @type {Settings['fill'][]} */ (CHOICES.fill).find((known) => known === query.get('fill'));
+  if (fill) settings.fill = fill;
   if (query.get('split') === 'true') settings.split = true;
   const name = query.get('name');
   if (name) settings.name = name;

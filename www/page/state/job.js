@@ -4,7 +4,7 @@ import { DEFAULTS, state } from './state.js';
 /**
  * @typedef {import('hexcast').Job} Job
  * @typedef {Omit<import('hexcast').GeometryJob, 'source'> & { source: import('./state.js').Surface, file: string }} SurfaceJob
- * @typedef {'name' | 'flag' | 'priority' | 'split' | 'scale' | 'rotate' | 'about' | 'translate' | 'material' | SizingKey} GeometryKey
+ * @typedef {'name' | 'flag' | 'priority' | 'fill' | 'split' | 'scale' | 'rotate' | 'about' | 'translate' | 'material' | SizingKey} GeometryKey
  * @typedef {'max_size' | 'min_cells' | 'metal'} SizingKey keys of geometries that only graded lines use
  */
 
@@ -13,6 +13,7 @@ export const GEOMETRY_KEYS = [
   ['name', null],
   ['flag', null],
   ['priority', 0],
+  ['fill', null],
   ['split', false],
   ['scale', null],
   ['rotate', null],

@@ -70,6 +70,7 @@ import { PALETTE } from './palette.js';
  * @property {string | null} name
  * @property {number} flag
  * @property {number} priority
+ * @property {Settings['fill'] | null} fill which cells along its surface it has as well; null for those that all parts have
  * @property {number | Triple | null} scale
  * @property {Triple | null} rotate
  * @property {Triple | null} about the point about which it rotates
@@ -182,6 +183,7 @@ export const DEFAULTS = Object.freeze({
 /** What a geometry has that nobody set. */
 export const PLAIN = Object.freeze({
   priority: 0,
+  fill: null,
   scale: null,
   rotate: null,
   about: null,

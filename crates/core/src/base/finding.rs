@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
-use serde_json::{Number, Value, json};
+use serde_json::{Map, Number, Value, json};
 
 /// The code of a finding: one of [`CODES`].
 pub type FindingCode = &'static str;
@@ -114,10 +114,17 @@ impl Remedy {
     }
 
     /// Sets a key of one of the job's entries, whose file is given.
-    pub fn of_entry(label: impl Into<String>, (entry, file): (usize, &str), key: &str, value: Value) -> Remedy {
-        let text = value.as_str().map_or_else(|| value.to_string(), str::to_string);
-        let option = in_shell(&format!("{file}:{key}={text}"));
-        Remedy::new(label, json!({ "geometries": { entry.to_string(): { key: value } } }), option)
+    pub fn of_entry(label: impl Into<String>, entry: (usize, &str), key: &str, value: Value) -> Remedy {
+        Remedy::of_keys(label, entry, &[(key, value)])
+    }
+
+    /// Sets some keys of one of the job's entries, whose file is given.
+    pub fn of_keys(label: impl Into<String>, (entry, file): (usize, &str), keys: &[(&str, Value)]) -> Remedy {
+        let text = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_string);
+        let settings: Vec<String> = keys.iter().map(|(key, value)| format!("{key}={}", text(value))).collect();
+        let patch: Map<String, Value> = keys.iter().map(|(key, value)| (key.to_string(), value.clone())).collect();
+        let option = in_shell(&format!("{file}:{}", settings.join(",")));
+        Remedy::new(label, json!({ "geometries": { entry.to_string(): patch } }), option)
     }
 }
 
