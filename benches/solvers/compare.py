@@ -53,21 +53,21 @@ def number(said: str) -> float:
     return float(said.split()[0])
 
 
-def openems(folder: Path, structure: str, low: np.ndarray, size: float) -> tuple[float, Cost, Cost]:
+def openems(folder: Path, structure: str, size: float) -> tuple[float, Cost, Cost]:
     """Rings a ball of radius 1 cm: its frequency, what making the operator alone takes, and the whole run."""
-    x, y, z = low + size * np.rint(-low / size)
+    lines = [lines.split(",") for lines in re.findall(r"<.Lines[^>]*>([^<]*)<", structure)]
+    x, y, z = (min(range(len(of)), key=lambda at: abs(float(of[at]))) for of in lines)
     dt = size * 1e-2 / 299792458 / np.sqrt(3)
 
-    def line(x: float) -> str:
-        ends = "".join(f'<P{i} X="{x!r}" Y="{y!r}" Z="{z + (i - 1) * size!r}"/>' for i in (1, 2))
+    def line(x: int) -> str:
+        ends = "".join(f'<P{i} X="{lines[0][x]}" Y="{lines[1][y]}" Z="{lines[2][z + i - 1]}"/>' for i in (1, 2))
         return f'<Primitives><Box Priority="30">{ends}</Box></Primitives>'
 
     added = f"""<Excitation ID="8" Name="e" Number="0" Enabled="1" Frequency="0" Delay="0" Type="0" Excite="0,0,1" PropDir="0,0,0">{line(x)}</Excitation>
-<ProbeBox ID="9" Name="ut" Number="0" Type="0" Weight="1" NormDir="-1">{line(x + size * round(0.2 / size))}</ProbeBox></Properties>"""
+<ProbeBox ID="9" Name="ut" Number="0" Type="0" Weight="1" NormDir="-1">{line(x + round(0.2 / size))}</ProbeBox></Properties>"""
     settings = f"""<FDTD NumberOfTimesteps="{int(1.05 * SECONDS / dt)}" endCriteria="1e-30" f_max="80e9"><Excitation Type="0" f0="{MIDDLE}" fc="{WIDTH}"/>
 <BoundaryCond xmin="PEC" xmax="PEC" ymin="PEC" ymax="PEC" zmin="PEC" zmax="PEC"/></FDTD>"""
     structure = re.sub(r"<\?xml.*?\?>", "", structure).replace("</Properties>", added)
-    structure = re.sub(r'"np\.float64\(([^)]*)\)"', r'"\1"', structure)
     (folder / "run.xml").write_text(f'<?xml version="1.0"?><openEMS>{settings}{structure}</openEMS>')
     command = ["openEMS", "run.xml", "--engine=multithreaded", "--numThreads=1"]
     # which is an error to openEMS
@@ -124,9 +124,9 @@ def balls(hexcast: str, folder: Path, sizes: list[int]) -> None:
             add(name, number(said), mesh, run)
         _, mesh = measured(hexcast, *job, "-o", "b.csx.xml", cwd=folder)
         structure = (folder / "b.csx.xml").read_text()
-        found, _, run = openems(folder, structure, low, size)
+        found, _, run = openems(folder, structure, size)
         add("openEMS, cells of hexcast", found, mesh, run)
-        found, made, run = openems(folder, with_own_ball(structure, low, low + n * size), low, size)
+        found, made, run = openems(folder, with_own_ball(structure, low, low + n * size), size)
         add("openEMS, its own sphere", found, made, run)
         _, mesh = measured(hexcast, *job, "-o", "b.in", cwd=folder)
         found, _, run = gprmax(folder, "#include_file: b.in", low, size)
