@@ -12,7 +12,7 @@ from rods import MODES, matrices, modes, rods_of, save_rod
 
 def test_modes_of_rods_need_whole_tensors(tmp_path: Path) -> None:
     save_rod(tmp_path)
-    cells = np.array([16, 32, 64])
+    cells = np.array([16, 32, 64, 128])
     kinds = ("full", "diagonal", "flags")
     off: dict[str, np.ndarray] = {kind: np.zeros((len(cells), len(MODES))) for kind in kinds}
     for at, n in enumerate(cells.tolist()):
@@ -22,8 +22,8 @@ def test_modes_of_rods_need_whole_tensors(tmp_path: Path) -> None:
     orders = {kind: -np.polyfit(np.log(cells), np.log(of), 1)[0] for kind, of in off.items()}
     for kind in off:
         print(kind, "off by", off[kind].T, "orders", orders[kind])
-    # those of Meep's own smoothing
-    assert (off["full"][:, 0] < (2.4e-3, 6e-4, 1.5e-4)).all()
+    # below those of Meep's own smoothing: 2.4e-3, 6e-4, 1.5e-4
+    assert (off["full"][:, 0] < (1.45e-3, 3.9e-4, 1.35e-4, 5.6e-5)).all()
     assert (orders["full"] > 1.4).all()
     assert (off["full"][-1] < off["flags"][-1]).all()
     assert (off["full"][:, 0] < off["diagonal"][:, 0] / 3).all()
