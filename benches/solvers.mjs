@@ -42,7 +42,7 @@ export function solversTables(rows) {
 }
 
 /** Versions of the programs, as Debian and PyPI have them. @param {string} python */
-export function versions(python) {
+function versions(python) {
   const debian = ['openems', 'python3-meep', 'openfoam'].map(
     (name) => `${name} ${ask('dpkg-query', ['-W', '-f', `\${Version}`, name]) ?? 'not of Debian'}`,
   );
