@@ -1,5 +1,6 @@
 // Measures hexcast and other programs on the same files, in turn, and writes the tables of RESULTS.md.
-// usage: npm run bench -- [native | peers | facets | moved | page | big] [--quick] [--rounds R] [--runs K] [--largest N]
+// usage: npm run bench -- [native | peers | solvers | facets | moved | page | big] [--quick] [--rounds R] [--runs K] [--largest N]
+// "solvers" solves problems with known answers by hexcast and openEMS, gprMax, Meep and snappyHexMesh, with what HEXCAST_COMMAND names or a new build; it takes some ten minutes.
 // "facets" times surfaces of many facets, and says which became slower. "moved" times a body that moves in a scene. "big" opens a model of 2e7 facets on the page. By default "native" and "peers": all stages compared with VTK, then every program of peers.py. "page" measures the page in Chromium
 // and the command on the same driver. Needs cargo, and python3 with venv for the peers; takes some ten minutes.
 
@@ -14,6 +15,7 @@ import { benchMoved } from './moved.mjs';
 import { benchNative } from './native.mjs';
 import { benchPeers } from './peers.mjs';
 import { build, machine, programs, write } from './results.mjs';
+import { benchSolvers } from './solvers.mjs';
 
 /**
  * What every bench gets: the programs, how often they run, and the numbers of cells along the longest axis.
@@ -26,6 +28,7 @@ import { build, machine, programs, write } from './results.mjs';
 const BENCHES = {
   native: benchNative,
   peers: benchPeers,
+  solvers: benchSolvers,
   facets: benchFacets,
   moved: benchMoved,
   page: async (bench) => (await inBrowser('page')).benchPage(bench),
@@ -59,7 +62,7 @@ if (unknown) throw new Error(`no bench is named ${unknown}: ${Object.keys(BENCHE
 const folder = mkdtempSync(path.join(tmpdir(), 'hexcast-bench-'));
 process.on('exit', () => rmSync(folder, { recursive: true }));
 const command = names.includes('facets') ? build(['bin', 'hexcast']) : '';
-const built = names.some((name) => !['big', 'facets'].includes(name))
+const built = names.some((name) => !['big', 'facets', 'solvers'].includes(name))
   ? programs(folder)
   : { stages: '', command, spheres: '', folder };
 const bench = { ...built, ...values, rounds: Number(values.rounds), sizes: values.quick ? [256] : [512, 1024] };
@@ -67,7 +70,12 @@ for (const name of names) {
   const { adapter, text } = await BENCHES[name](bench);
   const inOrder = `* ${bench.runs} runs after a first that does not count; medians of wall time.`;
   /** @type {Record<string, string>} */
-  const alone = { big: '* One run.', facets: inOrder, moved: inOrder };
+  const alone = {
+    big: '* One run.',
+    solvers: '* One run; processor time.',
+    facets: inOrder,
+    moved: inOrder,
+  };
   const inTurn = `* ${bench.rounds} rounds, programs in turn; ${bench.runs} runs a program and round after a first that does not count; medians.`;
   const rounds = alone[name] ?? inTurn;
   write(name, [...machine(adapter), rounds, text].join('\n'));

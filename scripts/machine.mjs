@@ -69,6 +69,7 @@ const NEEDS = {
     packages: ['openems', 'python3-openems'],
     what: 'openEMS with its Python module for /usr/bin/python3',
   },
+  meep: { found: () => imports('meep'), packages: ['python3-meep'], what: 'Meep for /usr/bin/python3, of the benchmarks' },
   dolfinx: { found: () => imports('dolfinx'), packages: ['python3-dolfinx'], what: 'dolfinx for /usr/bin/python3' },
   taufactor: {
     found: () => ['torch', 'skimage', 'IPython', 'psutil', 'matplotlib'].every(imports),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -36,15 +37,28 @@ def system(case: Path) -> None:
         write(case / "system" / name, "dictionary", text)
 
 
-def flow(case: Path, speed: str, pressure: str) -> Path:
-    """Solves for the laminar flow of water between walls, given what holds at the patches; the folder of the last step."""
+def fields(case: Path, speed: str, pressure: str) -> None:
+    """Water at rest, given what holds at the patches."""
     at = "internalField uniform"
     write(case / "0/U", "volVectorField", f"dimensions [0 1 -1 0 0 0 0]; {at} (0 0 0); boundaryField {{{speed}}}")
     write(case / "0/p", "volScalarField", f"dimensions [0 2 -2 0 0 0 0]; {at} 0; boundaryField {{{pressure}}}")
     write(case / "constant/transportProperties", "dictionary", "transportModel Newtonian; nu 1e-6;")
     write(case / "constant/turbulenceProperties", "dictionary", "simulationType laminar;")
+
+
+def flow(case: Path, speed: str, pressure: str) -> Path:
+    """Solves for the laminar flow of water between walls, given what holds at the patches; the folder of the last step."""
+    fields(case, speed, pressure)
     run("simpleFoam", "-case", case, cwd=case.parent)
     return max((path for path in case.iterdir() if path.name.isdigit()), key=lambda path: int(path.name))
+
+
+def flow_out(folder: Path, patch: str) -> float:
+    """The flow through a patch, in the fields of a step."""
+    text = (folder / "phi").read_text()
+    flux = re.search(r"value\s+nonuniform List<scalar>\s*\d*\s*\(([^)]*)\)", text[text.index(patch) :])
+    assert flux is not None
+    return sum(map(float, flux[1].split()))
 
 
 def values(path: Path) -> np.ndarray:
