@@ -48,7 +48,7 @@ pub async fn outline(
         }
         found.into_iter().for_each(|found| cells.extend(found));
     }
-    Ok(Outline { fluid, cells, walls })
+    Ok(Outline { fluid, cells, walls, parts: Vec::new() })
 }
 
 /// A change along an edge.

@@ -60,18 +60,6 @@ impl ExportOutput {
         self.exporter.lost_conductors(mesh, &self.options).into_iter().map(said).collect()
     }
 
-    /// Says how many cut cells have something in them that they are too large for.
-    fn thin_cells(&self, mesh: &Mesh) -> Option<String> {
-        let outline = mesh.outline().filter(|_| self.options.cut && self.exporter.cuts())?;
-        let (n, of) = (outline.n_thin(), outline.cells.len());
-        (n > 0).then(|| {
-            format!(
-                "{}: in {n} of {of} cut cells an edge is crossed several times, by what is thinner than the cell: there the surface is simpler than it is; use smaller cells to have it",
-                self.path.display()
-            )
-        })
-    }
-
     /// Refuses a unit that the program does not know; where files disagree, that is why there is none.
     fn check_unit(&self, Prepared { unit, notices, .. }: &Prepared) -> Result<()> {
         let unlike = notices.iter().find(|finding| unit.is_none() && finding.code == "unit-differs");
@@ -124,7 +112,8 @@ impl Output for ExportOutput {
         if facts.is_none() {
             written.warnings.extend(self.lost_conductors(mesh));
         }
-        written.warnings.extend(self.thin_cells(mesh));
+        let lacks = self.exporter.lacks(mesh, &self.options)?;
+        written.warnings.extend(lacks.map(|said| format!("{}: {said}", self.path.display())));
         let bar = progress.bytes("write", exact_size(mesh, self.exporter, &self.options));
         let mut folder = Counting { folder: &self.temporary, bar: bar.clone() };
         let done = export(mesh, self.exporter, &self.name, &self.options, &mut folder, control);

@@ -15,6 +15,7 @@ mod lists;
 use crate::export::{
     format::Format,
     layers::{Layer, N_SIDES, SIDES, for_each_layer},
+    limits::fluid,
     names::names,
     options::ExportOptions,
     output::{Export, Files, Out},
@@ -23,6 +24,7 @@ use crate::export::{
 };
 use hexcast_core::base::error::{Error, Result};
 use hexcast_derived::mesh::Mesh;
+use hexcast_derived::mesh::outline::Outline;
 use lists::{LONGEST_NAME, MAX_LABEL, PARTS, SIDE_NAMES, file_names, head, list, note, put_label, put_patch};
 
 pub(in crate::export) static FORMAT: Format = Format {
@@ -31,6 +33,7 @@ pub(in crate::export) static FORMAT: Format = Format {
     on_disk: "constant/polyMesh beside an empty file of that name; or give DIR/constant/polyMesh",
     has_ascii: true,
     cuts: true,
+    lacks: |_, outline| Ok(thin_cells(outline)),
     check_mesh,
     longest_name: Some(LONGEST_NAME),
     unit: Some(("OpenFOAM", "metres")),
@@ -62,7 +65,17 @@ impl Counts {
 
 /// Refuses cut cells of a mesh that has no outline, or that of another flag.
 fn check_mesh(mesh: &Mesh, options: &ExportOptions, keeps: &[bool; 256]) -> Result<()> {
-    if options.cut { cut::fluid(mesh, keeps).map(|_| ()) } else { Ok(()) }
+    if options.cut { fluid(mesh, keeps).map(|_| ()) } else { Ok(()) }
+}
+
+/// Says how many cut cells have something in them that they are too large for.
+fn thin_cells(outline: &Outline) -> Option<String> {
+    let (n, of) = (outline.n_thin(), outline.cells.len());
+    (n > 0).then(|| {
+        format!(
+            "in {n} of {of} cut cells an edge is crossed several times, by what is thinner than the cell: there the surface is simpler than it is; use smaller cells to have it"
+        )
+    })
 }
 
 async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
