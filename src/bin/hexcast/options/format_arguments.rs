@@ -47,7 +47,7 @@ pub(crate) struct FormatArguments {
     /// Solids whose patches have the type patch in OpenFOAM, such as inlet,outlet; those of other solids are walls
     #[arg(long, value_name = "NAME,...", value_delimiter = ',', requires = "patches")]
     open_patches: Option<Vec<String>>,
-    /// Cut the cells of one flag at its surface, as polyhedra with flat faces: OpenFOAM
+    /// Cut the cells of one flag at its surface, as polyhedra with flat faces: OpenFOAM; .eb always does
     #[arg(long)]
     cut: bool,
     /// Export text instead of binary numbers: OpenFOAM, .msh

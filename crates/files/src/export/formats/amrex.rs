@@ -19,6 +19,7 @@ use crate::export::{
     output::{Export, Files, Out},
 };
 use boundary::Boundary;
+use hexcast_core::base::control::Control;
 use hexcast_core::base::error::{Error, Result};
 use hexcast_derived::mesh::Mesh;
 use hexcast_derived::mesh::outline::Outline;
@@ -50,7 +51,7 @@ pub(in crate::export) static FORMAT: Format = Format {
         }
     },
     check_mesh,
-    lacks: |mesh, outline| Ok(Boundary::new(mesh, outline)?.lacks()),
+    lacks: |mesh, outline| Ok(Boundary::new(mesh, outline, &Control::default())?.lacks()),
     ..Format::new(&[".eb"], |job, name, files| Box::pin(write(job, name, files)))
 };
 
@@ -133,15 +134,14 @@ impl Grids {
 
 async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
     let outline = parts(job.mesh, &job.options.selection(job.mesh, false)?)?;
-    let boundary = Boundary::new(job.mesh, outline)?;
+    let boundary = Boundary::new(job.mesh, outline, &job.control.without_pauses())?;
     let grids = Grids::new(&boundary);
     if grids.cut.is_empty() {
         let message = "no surface passes through the box, or no cell is left to the fluid: there is no embedded boundary";
         return Err(Error::new("job-conflict", message, "use smaller cells, or a box that the surface passes through"));
     }
     for array in Array::ALL {
-        job.control.rest().await?;
-        numbers::write(&boundary, &grids.cut, array, name, files)?;
+        numbers::write(&boundary, &grids.cut, (array, name), files, job.control).await?;
     }
     let lines = job.mesh.lines();
     let ends = [0, 1].map(|end| [0, 1, 2].map(|axis| lines.line(axis, end * lines.dims()[axis])));

@@ -80,10 +80,10 @@ pub(super) struct Boundary<'a> {
 impl<'a> Boundary<'a> {
     /// # Errors
     /// Those of [`Mesh::for_each_slab`].
-    pub(super) fn new(mesh: &Mesh, outline: &'a Outline) -> Result<Boundary<'a>> {
+    pub(super) fn new(mesh: &Mesh, outline: &'a Outline, control: &Control) -> Result<Boundary<'a>> {
         let (lines, dims) = (mesh.lines(), mesh.dims().map(|n| n as i32));
         let mut kinds = Vec::with_capacity(mesh.n_cells() as usize);
-        mesh.for_each_slab(SLAB_BYTES, &Control::default(), |flags| {
+        mesh.for_each_slab(SLAB_BYTES, control, |flags| {
             kinds.extend(flags.iter().map(|&flag| if flag == outline.fluid { Kind::Whole } else { Kind::Covered }));
             Ok(())
         })?;

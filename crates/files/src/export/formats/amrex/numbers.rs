@@ -3,6 +3,7 @@
 use super::boundary::Boundary;
 use super::{GHOSTS, Grid};
 use crate::export::output::{Files, Out};
+use hexcast_core::base::control::Control;
 use hexcast_core::base::error::Result;
 
 /// What AMReX calls f64 with the least byte first.
@@ -117,18 +118,19 @@ pub(super) fn list(out: &mut Out<'_>, grids: &[Grid], is_nodal: [bool; 3]) -> Re
 }
 
 /// Writes an array: its numbers, then its head, which has their places and ends.
-pub(super) fn write(
-    boundary: &Boundary,
+pub(super) async fn write(
+    boundary: &Boundary<'_>,
     grids: &[Grid],
-    array: Array,
-    folder: &str,
+    (array, folder): (Array, &str),
     files: &mut dyn Files,
+    control: &Control,
 ) -> Result<()> {
     let (is_nodal, n) = (array.is_nodal(), array.n_components());
     let (mut starts, mut lows, mut highs) = (Vec::new(), Vec::new(), Vec::new());
     let mut out = Out::create(files, &array.data_of(folder))?;
     let mut start = 0;
     for grid in grids {
+        control.rest().await?;
         let grown = grid.grown(GHOSTS);
         let end = [0, 1, 2].map(|axis| grown.high[axis] + i32::from(is_nodal[axis]));
         let mut numbers = [const { Vec::new() }; 3];
