@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 
@@ -119,7 +120,7 @@ def volume_of(facets: np.ndarray) -> float:
 @pytest.mark.parametrize("fluid", [1, 0])
 def test_a_sphere(ball: Path, fluid: int) -> None:
     domain = ["--domain", "-2,-2,-2,2,2,2", "--dims", "24,24,24", "--unit", "mm", "--backend", "cpu", "--export-flags", fluid]
-    said = hexcast("mesh", "ball.stl", *domain, "--fractions", "f.npz", "--fraction-faces", "--fraction-centroids", "--fraction-edges", "-o", "case.eb", cwd=ball)
+    said = hexcast("mesh", "ball.stl", *domain, "--fractions", "f.npz", "--fraction-faces", "--fraction-centroids", "--fraction-edges", "--report", "r.json", "-o", "case.eb", cwd=ball)
     assert "warning" not in said
     found = Boundary(ball / "case.eb")
     assert (found.low, found.high, found.grow) == ([-2.0] * 3, [2.0] * 3, [16] * 3)
@@ -127,7 +128,10 @@ def test_a_sphere(ball: Path, fluid: int) -> None:
     found.check()
     size, of_ball = 1 / 6, volume_of(sphere(1.0, 4))
     volume = found.of("volfrac")
-    assert volume.sum() * size**3 == pytest.approx(of_ball if fluid else 64 - of_ball, rel=1e-12)
+    # corners are snapped to 2^-17 of a cell or less, once; cells with less than 1e-6 of the fluid are covered
+    assert volume.sum() * size**3 == pytest.approx(of_ball if fluid else 64 - of_ball, rel=1e-7)
+    measured = json.loads((ball / "r.json").read_text())["fractions"]["volumes"]
+    assert volume.sum() * size**3 == pytest.approx(next(of["volume"] for of in measured if of["flag"] == fluid), rel=1e-10)
     # the same numbers as those of --fractions, which are rounded to 32 bits
     cut = np.load(ball / "f.npz")
     mine = cut["flag"] == fluid
@@ -163,9 +167,9 @@ def test_a_pipe_goes_on_past_its_ends(tmp_path: Path) -> None:
     found = Boundary(tmp_path / "case.eb")
     np.testing.assert_array_equal(found.cut[:, :2], [[[-16, -16, -16], [63, 31, 31]], [[64, -16, -16], [87, 31, 31]]])
     found.check()
-    assert found.of("volfrac").sum() * size**3 == pytest.approx(volume_of(facets), rel=1e-12)
+    assert found.of("volfrac").sum() * size**3 == pytest.approx(volume_of(facets), rel=1e-7)
     area = found.of("areafrac_x").sum((1, 2)) * size**2
-    np.testing.assert_allclose(area, volume_of(facets) / 9, rtol=1e-12)
+    np.testing.assert_allclose(area, volume_of(facets) / 9, rtol=1e-7)
     past = found.arrays["volfrac"].of_box(np.array([-18, 0, 0]), np.array([-1, 15, 15]), np.nan)
     np.testing.assert_allclose(past, np.broadcast_to(found.of("areafrac_x")[0], past.shape), atol=1e-12)
     assert abs(found.of("bndrynorm")[..., 0]).max() < 1e-9

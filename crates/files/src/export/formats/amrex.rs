@@ -11,6 +11,7 @@
 
 mod boundary;
 mod numbers;
+mod parts;
 
 use crate::export::{
     format::Format,
