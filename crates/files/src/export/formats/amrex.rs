@@ -39,6 +39,7 @@ pub(in crate::export) static FORMAT: Format = Format {
     program: "AMReX",
     about: "exact cut cells for incflo, PeleC, MFIX-Exa",
     on_disk: "a folder of that name",
+    cuts: true,
     is_boundary: true,
     file_names,
     check_lines: |lines| {
