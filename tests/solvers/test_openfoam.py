@@ -207,7 +207,7 @@ def test_cut_cells_that_cannot_be_made_are_refused(tmp_path) -> None:
     assert "is not closed: it has no volume to measure cut cells of" in failed("open.stl", *common)
     assert "cut cells are those of one fluid, and geometries have the flags 1, 2" in failed("ball.stl:flag=1", "ball.stl:flag=2", *common)
     assert "and no geometry has it" in failed("ball.stl", *common, "--export-flags", "9")
-    assert "--cut is given with 2 flags to export" in failed("ball.stl", *common, "--export-flags", "0,1")
+    assert "2 flags are to be exported, and cells are cut at the surface of one" in failed("ball.stl", *common, "--export-flags", "0,1")
     assert "no output can have cut cells" in failed("ball.stl", *common[:-1], "a.msh")
     hexcast("mesh", "ball.stl", *common[:6], "-o", "m.hxc", cwd=tmp_path)
     assert "column files do not hold it" in hexcast("convert", "m.hxc", "case/a.foam", "--cut", cwd=tmp_path, ok=False)

@@ -28,6 +28,7 @@ mod fractions;
 mod integrals;
 mod measure;
 mod outline;
+mod parts;
 mod pieces;
 mod polygon;
 pub mod polyhedra;
@@ -44,3 +45,5 @@ pub use fractions::exact_fractions;
 pub use measure::{CutBy, cut_cells};
 #[doc(hidden)]
 pub use outline::outline;
+#[doc(hidden)]
+pub use parts::parts;

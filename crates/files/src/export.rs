@@ -91,6 +91,22 @@ impl Exporter {
         self.format().cuts
     }
 
+    /// Whether cells always are cut, and the mesh needs an outline with its parts.
+    #[doc(hidden)]
+    pub fn is_boundary(self) -> bool {
+        self.format().is_boundary
+    }
+
+    /// Says what files that were written lack of a mesh whose cells are cut, a sentence each.
+    ///
+    /// # Errors
+    /// Those of [`Mesh::for_each_slab`].
+    #[doc(hidden)]
+    pub fn lacks(self, mesh: &Mesh, options: &ExportOptions) -> Result<Vec<String>> {
+        let outline = mesh.outline().filter(|_| (options.cut && self.cuts()) || self.is_boundary());
+        outline.map_or(Ok(Vec::new()), |outline| (self.format().lacks)(mesh, outline))
+    }
+
     /// Whether only some flags can be exported.
     pub fn has_flags(self) -> bool {
         self.format().has_flags

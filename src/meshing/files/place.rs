@@ -86,7 +86,7 @@ pub struct ExportPlace {
     pub folder: PathBuf,
     /// The name of the output in it, which [`export()`](hexcast_files::export::export) takes.
     pub name: String,
-    /// The files in it; those of a case of OpenFOAM are in folders that need not be there.
+    /// The files in it; those of a case of OpenFOAM and of AMReX are in folders that need not be there.
     pub files: Vec<String>,
 }
 
@@ -101,7 +101,8 @@ impl ExportPlace {
         let target = if exporter == Exporter::Foam { path.to_path_buf() } else { target_of(path)? };
         let name = target.file_name().unwrap_or_default().to_string_lossy().into_owned();
         // the folders that a mesh has in a case of OpenFOAM need not be there
-        let folder = match exporter.file_names(&name).iter().all(|file| file.starts_with(&format!("{name}/"))) {
+        let is_within = |file: &String| exporter == Exporter::Foam && file.starts_with(&format!("{name}/"));
+        let folder = match exporter.file_names(&name).iter().all(is_within) {
             true => folder_of(folder_of(&target)).to_path_buf(),
             false => folder_of(&target).to_path_buf(),
         };
@@ -127,7 +128,8 @@ fn check_files(path: &Path, folder: &Path, names: &[String]) -> Result<()> {
         }
         let entries = std::fs::read_dir(inner).map_err(|error| refused(path, inner, &error))?;
         for entry in entries.flatten().map(|entry| entry.path()) {
-            if names.iter().all(|name| folder.join(name) != entry) {
+            // a folder of the mesh's own is one of the entries
+            if names.iter().all(|name| !folder.join(name).starts_with(&entry)) {
                 let message = format!("{} is in the folder of the new mesh, and belongs to another", entry.display());
                 return Err(Error::new(
                     "io",

@@ -8,11 +8,12 @@ use super::surfaces::Uncut;
 use hexcast_core::base::control::Control;
 use hexcast_core::base::error::{Error, Result};
 use hexcast_core::cells::columns::Columns;
+use hexcast_core::grid::frame::Frame;
 use hexcast_core::input::job::Job;
 use hexcast_core::stages::inside::Kind;
 use hexcast_derived::cut_cells::conformal::Conformal;
 use hexcast_derived::cut_cells::tensors::Tensors;
-use hexcast_derived::cut_cells::{CutBy, exact_fractions, outline};
+use hexcast_derived::cut_cells::{CutBy, exact_fractions, outline, parts};
 use hexcast_derived::distance::Distance;
 use hexcast_derived::fractions::{Fractions, fractions};
 use hexcast_derived::links::{Field, Links};
@@ -113,9 +114,11 @@ impl Uncut {
             return Err(Error::new("job-conflict", message, "leave out window, part and close_gaps, or cut"));
         }
         // this frame, and the facets by planes
-        let max_bytes = max_bytes.saturating_sub(2 * 38 * self.frame.facets.len() as u64);
+        let n_frames = 2 + u64::from(options.outline_parts);
+        let max_bytes = max_bytes.saturating_sub(n_frames * 38 * self.frame.facets.len() as u64);
         let (frame, is_oriented) = (&self.frame, self.are_oriented());
-        let by = self.cut_by(job, prepared, &is_oriented);
+        let moved = options.outline_parts.then(|| within_sides(frame)).flatten();
+        let by = CutBy { frame: moved.as_ref().unwrap_or(frame), ..self.cut_by(job, prepared, &is_oriented) };
         let (names, first_of) = walls::names(&prepared.geometries);
         let wall_of = |facet: u32| {
             let position = usize::from(frame.position_of_facet[facet as usize]);
@@ -123,7 +126,12 @@ impl Uncut {
             let in_geometry = (facet as usize - frame.range_at(position).start) as u64;
             first_of[index] + prepared.geometries[index].solid_of(in_geometry) as u32
         };
-        outline(by, (fluid, names), &wall_of, max_bytes, control).await.map(Some)
+        let mut found = outline(by, (fluid, names), &wall_of, max_bytes, control).await?;
+        if options.outline_parts {
+            let max_bytes = max_bytes.saturating_sub(size_of_val(&found.cells[..]) as u64);
+            found.parts = parts(by, &found, max_bytes, control).await?;
+        }
+        Ok(Some(found))
     }
 
     /// The fractions of cells that a job asks for, of at most so many bytes.
@@ -148,4 +156,19 @@ impl Uncut {
         let (of_box, window) = ((&self.frame, &prepared.whole), prepared.cell_window());
         fractions(of_box, window, (job.rule, &self.kinds), (asked, rays), max_bytes, control).await.map(Some)
     }
+}
+
+/// The frame with all corners that lie in the low sides of the box a unit further out, where there are any: so what ends there reaches through the side, as at the high sides, where
+/// a line stands for what is below it. A unit is a part of 2^F of a cell.
+fn within_sides(frame: &Frame) -> Option<Frame> {
+    let sides = [0, 1, 2].map(|axis| frame.face(axis, 0));
+    let is_at = |corner: &[i32; 3]| (0..3).any(|axis| corner[axis] == sides[axis]);
+    if !frame.facets.as_flattened().iter().any(is_at) {
+        return None;
+    }
+    let mut moved = frame.clone();
+    for corner in moved.facets.as_flattened_mut() {
+        corner.iter_mut().zip(sides).for_each(|(place, side)| *place -= i32::from(*place == side));
+    }
+    Some(moved)
 }

@@ -54,6 +54,8 @@ pub struct MeshOptions {
     pub walls: bool,
     /// Which fluid shall be cut at its surface: [`Mesh::outline`](hexcast_derived::mesh::Mesh::outline).
     pub outline: Option<Fluid>,
+    /// Whether the outline shall have what the fluid has of faces and edges, for embedded boundaries.
+    pub outline_parts: bool,
     /// Bytes that the program and its GPU driver take besides, which count against the job's `max_memory`; 0 where only the
     /// mesh shall count.
     pub program_bytes: u64,
@@ -121,6 +123,11 @@ impl MeshOptions {
     /// Asks for the outline of a fluid, for cut cells. Only closed bodies have one, and whole boxes.
     pub fn with_outline(self, outline: Option<Fluid>) -> MeshOptions {
         MeshOptions { outline, ..self }
+    }
+
+    /// Asks for what the fluid has of the faces and edges of cut cells, with their outline.
+    pub fn with_outline_parts(self, outline_parts: bool) -> MeshOptions {
+        MeshOptions { outline_parts, ..self }
     }
 
     /// Counts the program and its GPU driver against the memory allowed.

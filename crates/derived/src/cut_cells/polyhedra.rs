@@ -447,7 +447,7 @@ impl<'a> Build<'a> {
     /// What a face is known by.
     fn key(&self, cell: [u32; 3], face: u8) -> (u64, u8) {
         let axis = face / 2;
-        (self.place(cell, face % 2 << axis).0, axis)
+        (self.place(cell, (face % 2) << axis).0, axis)
     }
 
     /// Where the surface of a cell bends on a face, if it does.

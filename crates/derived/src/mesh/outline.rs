@@ -1,6 +1,6 @@
 //! The outline of a fluid: on which side of its surface the corners of cut cells are, and where it crosses their edges.
 //!
-//! [`cut_cells::outline`](crate::cut_cells::outline) finds it, [`polyhedra`](crate::cut_cells::polyhedra) makes cells of it. All cells at an edge have the same numbers.
+//! [`cut_cells::outline`](crate::cut_cells::outline) finds it, [`parts`](crate::cut_cells::parts) what the fluid has of its cells, [`polyhedra`](crate::cut_cells::polyhedra) makes cells of it. All cells at an edge have the same numbers.
 
 use std::sync::OnceLock;
 
@@ -28,6 +28,22 @@ pub struct OutlineCell {
     pub fraction: f64,
 }
 
+/// What a fluid has of a cut cell, and of its faces and edges, which are numbered as those of [`OutlineCell`]; faces below and above along x, then y, then z.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct OutlinePart {
+    /// The fraction of its volume.
+    pub fraction: f64,
+    /// The centre of what it has of the cell, in cells from the low corner: 0.5 where that is nothing.
+    pub centre: [f64; 3],
+    /// The fraction of each face.
+    pub areas: [f64; 6],
+    /// The centre of that along the two axes of the face, ascending: 0.5 where that is nothing.
+    pub face_centres: [[f64; 2]; 6],
+    /// The fraction of each edge.
+    pub lengths: [f64; 12],
+}
+
 /// The outline of the cells of one flag.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[non_exhaustive]
@@ -38,6 +54,8 @@ pub struct Outline {
     pub cells: Vec<OutlineCell>,
     /// Names of solids, or of geometries whose files name no solids.
     pub walls: Vec<String>,
+    /// For each cell what the fluid has of it; empty unless asked for.
+    pub parts: Vec<OutlinePart>,
     /// Volume of the fluid in the box, in the unit of the lines cubed.
     pub volume: f64,
     /// What became of it, once its cells were cut.
@@ -56,7 +74,7 @@ pub struct Made {
 
 impl Outline {
     pub(crate) fn new(fluid: u8, cells: Vec<OutlineCell>, walls: Vec<String>, volume: f64) -> Outline {
-        Outline { fluid, cells, walls, volume, made: OnceLock::new() }
+        Outline { fluid, cells, walls, parts: Vec::new(), volume, made: OnceLock::new() }
     }
 
     /// Tells what became of it.

@@ -7,6 +7,7 @@ use super::options::ExportOptions;
 use super::output::{Export, Files};
 use hexcast_core::base::error::Result;
 use hexcast_core::grid::lines::Lines;
+use hexcast_derived::mesh::outline::Outline;
 use hexcast_derived::mesh::{Mesh, Named};
 
 /// Files being written.
@@ -28,6 +29,8 @@ pub(super) struct Format {
     pub(super) has_ascii: bool,
     /// Whether cells can be cut at the surface of a fluid.
     pub(super) cuts: bool,
+    /// Whether they always are, and the mesh's outline has its parts.
+    pub(super) is_boundary: bool,
     /// Whether only some flags can be exported.
     pub(super) has_flags: bool,
     /// Whether files have the faces of geometries without thickness.
@@ -48,6 +51,8 @@ pub(super) struct Format {
     pub(super) check_materials: fn(&[Named], &[u8]) -> Result<()>,
     /// Refuses a mesh of which these flags are kept.
     pub(super) check_mesh: fn(&Mesh, &ExportOptions, &[bool; 256]) -> Result<()>,
+    /// What files that were written lack of a mesh with an outline: a sentence each.
+    pub(super) lacks: fn(&Mesh, &Outline) -> Result<Vec<String>>,
     /// The bytes of all files, where they do not depend on the flags.
     pub(super) exact_size: fn(&Mesh, &ExportOptions) -> Option<u64>,
     /// Writes the files of an output, by the last part of its path.
@@ -68,6 +73,7 @@ impl Format {
             compresses: false,
             has_ascii: false,
             cuts: false,
+            is_boundary: false,
             has_flags: true,
             has_plates: false,
             longest_name: None,
@@ -78,6 +84,7 @@ impl Format {
             check_flags: |_| Ok(()),
             check_materials: |_, _| Ok(()),
             check_mesh: |_, _, _| Ok(()),
+            lacks: |_, _| Ok(Vec::new()),
             exact_size: |_, _| None,
             write,
         }

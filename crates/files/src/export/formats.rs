@@ -33,6 +33,8 @@ formats! {
     pub enum Exporter {
         /// OpenFOAM: a `polyMesh`.
         Foam = foam,
+        /// AMReX: the embedded boundary of `BuildFromChkptFile`.
+        Amrex = amrex,
         /// Abaqus and CalculiX: nodes, elements, sets and surfaces.
         Abaqus = abaqus,
         /// Gmsh: MSH 4.1.

@@ -2,6 +2,8 @@
 
 use hexcast_core::base::error::{Error, Result};
 use hexcast_core::grid::lines::Lines;
+use hexcast_derived::mesh::Mesh;
+use hexcast_derived::mesh::outline::Outline;
 
 /// Cell sizes along an axis that differ by less are equal: rounding of f64.
 const ROUNDING: f64 = 1e-9;
@@ -32,4 +34,26 @@ pub(super) fn cubes(lines: &Lines, what: &str) -> Result<f64> {
         return Err(Error::new("lines-graded", message, "mesh with --cells or --cell-size, which make cubes"));
     }
     Ok(x)
+}
+
+/// The outline of the one flag that is kept.
+///
+/// # Errors
+/// `job-conflict` where there is none.
+pub(super) fn fluid<'a>(mesh: &'a Mesh, keeps: &[bool; 256]) -> Result<&'a Outline> {
+    let cells = mesh.columns().cells_per_flag();
+    let Some(outline) = mesh.outline() else {
+        let message = "cells are to be cut, and the mesh does not know where surfaces cross its lines";
+        let hint =
+            "mesh the surfaces with this output (hexcast mesh), for OpenFOAM with --cut; column files do not hold it";
+        return Err(Error::new("job-conflict", message, hint));
+    };
+    let kept: Vec<u8> = (0..=255).filter(|&flag| keeps[usize::from(flag)] && cells[usize::from(flag)] > 0).collect();
+    if kept.iter().any(|&flag| flag != outline.fluid) {
+        let kept = kept.iter().map(u8::to_string).collect::<Vec<_>>().join(", ");
+        let message =
+            format!("flags {kept} are exported, and cut cells are those of one fluid, here of flag {}", outline.fluid);
+        return Err(Error::new("job-conflict", message, "name one flag to export (--export-flags)"));
+    }
+    Ok(outline)
 }

@@ -85,6 +85,7 @@ fn an_exporter_is_found_by_the_end_of_a_path() {
         ("geometry.xml", Some(Exporter::Openmc)),
         ("mygeometry.xml", None),
         ("soil.in", Some(Exporter::Gprmax)),
+        ("case.eb/", Some(Exporter::Amrex)),
         ("a.vox", Some(Exporter::Vox)),
         ("a.binvox", Some(Exporter::Binvox)),
         ("a.raw", None),
@@ -94,6 +95,14 @@ fn an_exporter_is_found_by_the_end_of_a_path() {
         assert_eq!(Exporter::of_name(path), expected, "{path}");
     }
     assert!(Exporter::ALL.iter().all(|exporter| Exporter::ENDINGS.iter().any(|(_, other)| other == exporter)));
+}
+
+#[test]
+fn an_embedded_boundary_needs_surfaces() {
+    let options = ExportOptions::default();
+    let error = Exporter::Amrex.check(&pattern(0, DIMS, 3), &options).unwrap_err();
+    assert_eq!(error.code(), "job-conflict");
+    assert!(error.to_string().contains("where surfaces cross its lines"), "{error}");
 }
 
 #[test]
@@ -187,7 +196,8 @@ fn cancel_stops_and_a_full_disk_is_said() {
     }
     let mut mesh = made_of(0);
     *parts(&mut mesh).lines = hexcast_core::grid::lines::Lines::new([0.0; 3], [0.5; 3], DIMS).unwrap();
-    for exporter in Exporter::ALL {
+    // an embedded boundary is made of surfaces, which this mesh does not know
+    for exporter in Exporter::ALL.into_iter().filter(|exporter| !exporter.is_boundary()) {
         let options = ExportOptions::default();
         let error = export(&mesh, exporter, "a", &options, &mut Full, &Control::default()).unwrap_err();
         assert!(error.code() == "io" && error.to_string().contains("no room"), "{exporter:?}: {error}");

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use hexcast::control::{CancelToken, Control};
-use hexcast::export::PatchNames;
+use hexcast::export::{Exporter, PatchNames};
 use hexcast::job::{Job, Names, RunJob};
 use hexcast::mesh::Mesh;
 use hexcast::pipeline::{self, Engine, MeshOptions, Prepared, SpillTarget};
@@ -23,6 +23,7 @@ use crate::files::{
 };
 use crate::options::{
     arguments::JobArguments,
+    format_arguments::exporter_of,
     job_options::{as_text, dump},
 };
 use crate::screen::{memory, progress::Progress, summary, terminal};
@@ -159,12 +160,15 @@ fn mesh_and_write(
     let facet_bytes = solids.map(|solid| solid.facets.n_bytes()).sum();
     let program_bytes = memory::program_bytes_now(engine.adapter().is_some(), facet_bytes);
     let spills = !matches!(spill, SpillTarget::None);
+    let mut exporters = arguments.outputs.iter().filter_map(|output| exporter_of(output));
+    let has_boundary = exporters.any(Exporter::is_boundary);
     let options = MeshOptions::default()
         .with_spill(spill)
         .with_flags_in_memory(arguments.flags_in_memory)
         .with_doubt_mask(arguments.doubt.is_some())
         .with_walls(arguments.formats.patches == Some(PatchNames::Solid))
-        .with_outline(arguments.formats.fluid()?)
+        .with_outline(arguments.formats.fluid(has_boundary)?)
+        .with_outline_parts(has_boundary)
         .with_lone_report(arguments.report.is_none() && !arguments.json)
         .with_program_bytes(program_bytes)
         .with_max_device_bytes(arguments.job.max_device_memory.map(|size| size.0));

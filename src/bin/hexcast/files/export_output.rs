@@ -21,9 +21,6 @@ use crate::files::{
 };
 use crate::screen::progress::Counted;
 
-/// Cut cells whose volume is nearer to that of the fluid, as a part of it, are as they should be.
-const MOST_LOST: f64 = 1e-3;
-
 /// Files being written.
 pub(crate) struct ExportOutput {
     /// The name that the caller gave.
@@ -61,41 +58,6 @@ impl ExportOutput {
             )
         };
         self.exporter.lost_conductors(mesh, &self.options).into_iter().map(said).collect()
-    }
-
-    /// Says of cut cells what they do not have as it is.
-    fn lost_by_cuts(&self, mesh: &Mesh) -> Vec<String> {
-        let Some(outline) = mesh.outline().filter(|_| self.options.cut && self.exporter.cuts()) else {
-            return Vec::new();
-        };
-        let (path, of) = (self.path.display(), outline.cells.len());
-        let (n, volume) = (outline.n_thin(), outline.volume);
-        let thin = (n > 0).then(|| {
-            format!(
-                "{path}: in {n} of {of} cut cells an edge is crossed several times, by what is thinner than the cell: there the surface is simpler than it is; use smaller cells to have it"
-            )
-        });
-        let left_out = outline.n_left_out();
-        let made = outline.made();
-        let lost = made.filter(|made| (made.volume - volume).abs() > MOST_LOST * volume).map(|made| {
-            let off = made.volume - volume;
-            let (percent, than) = (100.0 * off.abs() / volume, if off < 0.0 { "less" } else { "more" });
-            let besides = if left_out > 0 {
-                format!(" ({left_out} cells that have fluid and no corner in it are left out)")
-            } else {
-                String::new()
-            };
-            format!(
-                "{path}: the cells have {percent:.2} % {than} volume than the fluid, {volume:.6e}, as cut cells are flat between their edges{besides}; use smaller cells to come nearer"
-            )
-        });
-        let wrong = made.filter(|made| made.n_wrong > 0).map(|made| {
-            format!(
-                "{path}: {} cells are of a shape that checkMesh may call wrong, where parts of the surface or gaps are narrower than some cells; run it, and use smaller cells there",
-                made.n_wrong
-            )
-        });
-        [thin, lost, wrong].into_iter().flatten().collect()
     }
 
     /// Refuses a unit that the program does not know; where files disagree, that is why there is none.
@@ -155,7 +117,8 @@ impl Output for ExportOutput {
         let done = export(mesh, self.exporter, &self.name, &self.options, &mut folder, control);
         bar.finish_and_clear();
         done.map_err(|error| self.at(error))?;
-        written.warnings.extend(self.lost_by_cuts(mesh));
+        let lacks = self.exporter.lacks(mesh, &self.options)?;
+        written.warnings.extend(lacks.into_iter().map(|said| format!("{}: {said}", self.path.display())));
         for name in self.exporter.file_names(&self.name) {
             let metadata = self.temporary.path(&name).metadata();
             let failed = |error| Error::io(format!("writing {}", self.path.display()), error);

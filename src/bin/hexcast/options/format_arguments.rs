@@ -47,7 +47,7 @@ pub(crate) struct FormatArguments {
     /// Solids whose patches have the type patch in OpenFOAM, such as inlet,outlet; those of other solids are walls
     #[arg(long, value_name = "NAME,...", value_delimiter = ',', requires = "patches")]
     open_patches: Option<Vec<String>>,
-    /// Cut the cells of one flag at its surface, as polyhedra with flat faces: OpenFOAM
+    /// Cut the cells of one flag at its surface, as polyhedra with flat faces: OpenFOAM; .eb always does
     #[arg(long)]
     cut: bool,
     /// Export text instead of binary numbers: OpenFOAM, .msh
@@ -121,17 +121,18 @@ impl FormatArguments {
         self.export_flags.iter().fold(options, |options, flags| options.with_flags(flags.clone()))
     }
 
-    /// The fluid that is cut at its surface, if one shall be: that of the one flag that is exported.
+    /// The fluid that is cut at its surface, if one shall be, as for each embedded boundary: that of the one flag that is exported.
     ///
     /// # Errors
     /// `job-conflict` where several flags are exported.
-    pub(crate) fn fluid(&self) -> Result<Option<Fluid>> {
+    pub(crate) fn fluid(&self, has_boundary: bool) -> Result<Option<Fluid>> {
         match self.export_flags.as_deref() {
-            _ if !self.cut => Ok(None),
+            _ if !self.cut && !has_boundary => Ok(None),
             None => Ok(Some(Fluid::Geometries)),
             Some([flag]) => Ok(Some(Fluid::Flag(*flag))),
             Some(flags) => {
-                let message = format!("--cut is given with {} flags to export, and cuts the cells of one", flags.len());
+                let message =
+                    format!("{} flags are to be exported, and cells are cut at the surface of one", flags.len());
                 Err(Error::new("job-conflict", message, "name one flag with --export-flags"))
             }
         }

@@ -71,22 +71,28 @@ impl Groups {
     }
 }
 
+/// A mesh, and the cells of the lines with bodies in its wrong cells.
+struct Trial {
+    found: Polyhedra,
+    cells: Vec<[u32; 3]>,
+}
+
 impl Build<'_> {
     /// Joins small bodies; and the cells of the mesh with bodies in cells that are wrong.
     pub(super) fn joined(&self) -> (Polyhedra, Vec<[u32; 3]>) {
         let volumes = self.volumes();
         let mut ways: HashMap<u32, usize> = HashMap::new();
-        let (mut best, mut since): (Option<(usize, Polyhedra, Vec<[u32; 3]>)>, usize) = (None, 0);
+        let (mut best, mut since): (Option<Trial>, usize) = (None, 0);
         for trial in 0..TRIALS {
             let (found, cell_of) = self.trial(&volumes, &ways);
             let wrong = quality::wrong(&found);
             since += 1;
-            if best.as_ref().is_none_or(|(n, ..)| wrong.len() < *n) {
+            if best.as_ref().is_none_or(|best| wrong.len() < best.found.counts.wrong as usize) {
                 let counts = Counts { wrong: wrong.len() as u32, ..found.counts };
                 let is_wrong: HashSet<u32> = wrong.iter().copied().collect();
                 let bodies = self.bodies.iter().zip(&cell_of).filter(|(_, cell)| is_wrong.contains(cell));
                 let cells = bodies.map(|(body, _)| body.cell).collect();
-                (best, since) = (Some((wrong.len(), Polyhedra { counts, ..found }, cells)), 0);
+                (best, since) = (Some(Trial { found: Polyhedra { counts, ..found }, cells }), 0);
             }
             if wrong.is_empty() || since >= PATIENCE {
                 break;
@@ -102,7 +108,8 @@ impl Build<'_> {
                 *ways.entry(bodies[trial % bodies.len()]).or_default() += 1;
             }
         }
-        let (_, found, cells) = best.unwrap_or_else(|| (0, self.trial(&volumes, &ways).0, Vec::new()));
+        let Trial { found, cells } =
+            best.unwrap_or_else(|| Trial { found: self.trial(&volumes, &ways).0, cells: Vec::new() });
         (found, cells)
     }
 

@@ -93,7 +93,8 @@ fn the_facts_of_formats_are_those_of_the_writers() {
     for name in MEASURED {
         facts.insert(name.into(), of_cells("measured", name));
     }
-    for exporter in Exporter::ALL {
+    // the package makes no outlines of surfaces, which embedded boundaries need
+    for exporter in Exporter::ALL.into_iter().filter(|exporter| !exporter.is_boundary()) {
         let (ending, _) = Exporter::ENDINGS.into_iter().find(|(_, other)| *other == exporter).unwrap();
         facts.insert(ending.trim_start_matches('.').into(), of_exporter(exporter, ending));
     }

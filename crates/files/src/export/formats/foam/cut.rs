@@ -5,35 +5,14 @@
 
 use super::lists::{LONGEST_NAME, MAX_LABEL, PARTS, SIDE_NAMES, file_names, head, list, note, put_label, put_patch};
 use crate::export::{
+    limits::fluid,
     names::names,
     output::{Export, Files, Out},
     patches::Patches,
     unit::metres,
 };
-use hexcast_core::base::error::{Error, Result};
+use hexcast_core::base::error::Result;
 use hexcast_derived::cut_cells::polyhedra::{Behind, Face, Polyhedra};
-use hexcast_derived::mesh::Mesh;
-use hexcast_derived::mesh::outline::Outline;
-
-/// The outline of the one flag that is kept.
-///
-/// # Errors
-/// `job-conflict` where there is none.
-pub(super) fn fluid<'a>(mesh: &'a Mesh, keeps: &[bool; 256]) -> Result<&'a Outline> {
-    let cells = mesh.columns().cells_per_flag();
-    let Some(outline) = mesh.outline() else {
-        let message = "cells are to be cut, and the mesh does not know where surfaces cross its lines";
-        let hint = "mesh the surfaces with this output and cut (--cut); column files do not hold it";
-        return Err(Error::new("job-conflict", message, hint));
-    };
-    let kept: Vec<u8> = (0..=255).filter(|&flag| keeps[usize::from(flag)] && cells[usize::from(flag)] > 0).collect();
-    if kept.iter().any(|&flag| flag != outline.fluid) {
-        let kept = kept.iter().map(u8::to_string).collect::<Vec<_>>().join(", ");
-        let message = format!("flags {kept} are exported, and cut cells are those of one fluid, here of flag {}", outline.fluid);
-        return Err(Error::new("job-conflict", message, "name one flag to export (--export-flags)"));
-    }
-    Ok(outline)
-}
 
 pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
     let keeps = job.options.selection(job.mesh, false)?;
