@@ -9,6 +9,9 @@
 //!
 //! Source: AMReX, `Src/EB` and `VisMF`. Cost: two bytes for each cell of the box, and the numbers of one grid.
 
+// the wasm has no code for what only meshes with an outline need
+#![cfg_attr(target_arch = "wasm32", allow(dead_code, unused_imports))]
+
 mod boundary;
 mod grid;
 mod numbers;
@@ -53,6 +56,7 @@ pub(in crate::export) static FORMAT: Format = Format {
         }
     },
     check_mesh,
+    #[cfg(not(target_arch = "wasm32"))]
     lacks: |mesh, outline| Ok(Boundary::new(mesh, outline, &Control::default())?.lacks().into_iter().collect()),
     ..Format::new(&[".eb"], |job, name, files| Box::pin(write(job, name, files)))
 };
@@ -112,12 +116,15 @@ impl Grids {
     }
 }
 
+/// Meshes of JavaScript have no outline: the wasm has no code for this.
+#[cfg(target_arch = "wasm32")]
+async fn write(job: &Export<'_>, _: &str, _: &mut dyn Files) -> Result<()> {
+    parts(job.mesh, &job.options.selection(job.mesh, false)?).map(|_| ())
+}
+
+#[cfg(not(target_arch = "wasm32"))]
 async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
     let outline = parts(job.mesh, &job.options.selection(job.mesh, false)?)?;
-    if cfg!(target_arch = "wasm32") {
-        let message = "an embedded boundary is written natively";
-        return Err(Error::new("job-conflict", message, "run hexcast mesh with this output"));
-    }
     let boundary = Boundary::new(job.mesh, outline, &job.control.without_pauses())?;
     let grids = Grids::new(&boundary);
     if grids.cut.is_empty() {

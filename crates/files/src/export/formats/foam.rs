@@ -9,6 +9,7 @@
 //! owner, pointing out. Every list is written by itself: the flags are expanded once for each list and once more for each patch and zone.
 //! Source: OpenFOAM user guide, mesh description. Cost: the memory of [`layers`](crate::export::layers).
 
+#[cfg_attr(target_arch = "wasm32", allow(dead_code))]
 mod cut;
 mod lists;
 
@@ -103,7 +104,8 @@ fn lost_by_cuts(outline: &Outline) -> Vec<String> {
 
 async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
     // no option of JavaScript asks for it: the wasm has no code for it
-    if job.options.cut && cfg!(not(target_arch = "wasm32")) {
+    #[cfg(not(target_arch = "wasm32"))]
+    if job.options.cut {
         return cut::write(job, name, files).await;
     }
     let keeps = job.options.selection(job.mesh, false)?;
