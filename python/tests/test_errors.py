@@ -151,9 +151,10 @@ def test_a_warning_has_the_finding_and_its_remedy_helps():
     assert pickle.loads(pickle.dumps(warning.message)).finding == finding
     # the patch has the keys of the job
     (remedy,) = finding["remedies"]
-    assert remedy["patch"]["fill"] == "separating"
+    settings = remedy["patch"]["geometries"]["1"]
+    assert settings == {"fill": "separating"}
     # it is kept, and thicker than it is
-    found = hexcast.mesh({**job, "fill": remedy["patch"]["fill"]}).report["findings"]
+    found = hexcast.mesh({**job, "geometries": [CUBE, {"source": plate, **settings}]}).report["findings"]
     assert [of["code"] for of in found] == ["volume-filled"]
 
 
