@@ -9,7 +9,12 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::{Behind, Build, Counts, Face, LEAST, NONE, Polyhedra, merge, planar, quality};
+use super::build::{Build, NONE};
+use super::closed::{Behind, Counts, Face, Polyhedra};
+use super::{merge, planar, quality};
+
+/// A body of less of its cell is joined with another.
+pub const LEAST: f64 = 0.3;
 
 /// A body of less of its cell has no volume.
 const NOTHING: f64 = 1e-9;

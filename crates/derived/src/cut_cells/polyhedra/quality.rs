@@ -3,8 +3,8 @@
 //! [`Polyhedra`] -> cells. A face is wrong where the centre of one of its cells is on the wrong side of it, where the line between both centres hardly passes it, or passes it far from its
 //! centre (skewness). Limits are a little stricter than those of `checkMesh`. Source: OpenFOAM 1912, `primitiveMeshCheck.C`, `primitiveMeshTools.C`.
 
+use super::closed::{Behind, Polyhedra};
 use super::planar::{Point, cross, dot, minus};
-use super::{Behind, Polyhedra};
 
 /// `checkMesh` allows 4.
 const MOST_SKEW: f64 = 3.6;
