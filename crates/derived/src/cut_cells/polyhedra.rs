@@ -16,6 +16,7 @@
 //! *What is thinner than a cell*, where an edge is crossed several times, has no room between corners: such an edge is crossed once or not at all, and a cell without a corner in the fluid has none of it. These cells are counted.
 //!
 //! Cost: O(cells) time; some 150 bytes a cell of the fluid, 13 a cell of the box.
+
 mod build;
 pub(in crate::cut_cells) mod cell;
 mod closed;

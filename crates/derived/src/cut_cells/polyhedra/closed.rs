@@ -10,7 +10,7 @@ pub enum Behind {
     Cell(u32),
     /// A side of the box, below and above along x, then y, then z; and the cell there.
     Side(u8, [u32; 3]),
-    /// The surface: the flag behind it, and whose facet it is, as in [`Outline::walls`].
+    /// The surface: the flag behind it, and whose facet it is, as in [`Outline::walls`](crate::mesh::outline::Outline::walls).
     Surface(u8, u32),
 }
 
