@@ -301,6 +301,13 @@ test('many parts are a row each, with their cells; a button opens the details of
   await expect(page.locator('.drawer:visible')).toHaveCount(1);
 });
 
+/** Opens parts by their names. */
+const openParts = (page, parts) =>
+  page.setInputFiles(
+    '#file-input',
+    Object.entries(parts).map(([name, text]) => ({ name: `${name}.stl`, mimeType: '', buffer: Buffer.from(text) })),
+  );
+
 test('what helps one part helps all alike with one button, which undo takes back', async ({ visit }) => {
   const page = await visit('#cells=40&backend=cpu', { live: true });
   const parts = {
@@ -308,10 +315,7 @@ test('what helps one part helps all alike with one button, which undo takes back
     other: boxBetween([5, 1, 1], [7, 3, 3]),
     large: boxBetween([0, 0, 0], [10, 5, 5]),
   };
-  await page.setInputFiles(
-    '#file-input',
-    Object.entries(parts).map(([name, text]) => ({ name: `${name}.stl`, mimeType: '', buffer: Buffer.from(text) })),
-  );
+  await openParts(page, parts);
   await expect(page.locator('#findings-count')).toHaveText('2 problems');
   await expect(page.getByRole('button', { name: /^Let it win: all 2/ })).toHaveCount(1);
   await page.waitForTimeout(500);
@@ -333,10 +337,7 @@ test('thin metal on a thick part is kept with one button, and the thick part sta
     above: boxBetween([2, 1, 1], [8, 4, 1.03]),
     board: boxBetween([0, 0, 0], [10, 5, 1]),
   };
-  await page.setInputFiles(
-    '#file-input',
-    Object.entries(parts).map(([name, text]) => ({ name: `${name}.stl`, mimeType: '', buffer: Buffer.from(text) })),
-  );
+  await openParts(page, parts);
   await expect(page.locator('#findings-count')).toHaveText('2 problems');
   const of = async (flag) => new Map(await legend(page)).get(flag);
   const whole = 40 * 20 * 4;

@@ -1,20 +1,14 @@
 /** The fields of a geometry that say which cells it has along its surface, and how lines are generated around it; these are shown where the job generates lines. */
-import { make } from '../elements/dom.js';
+import { byId, make } from '../elements/dom.js';
 import { readNumbers, writeNumbers } from '../text/format.js';
 
 /** @typedef {import('../state/state.js').Geometry} Geometry */
 
-/** @type {[string, string][]} */
-const FILLS = [
-  ['', 'as for all parts'],
-  ['centre', 'only if the centre is inside'],
-  ['separating', 'keep thin walls'],
-  ['conservative', 'every cell touched'],
-];
-
 /** @param {Geometry} geometry @param {(id: number, patch: Partial<Geometry>) => void} edit */
 export function fillField({ id, name, fill }, edit) {
-  const options = FILLS.map(([value, text]) => make('option', { value, selected: value === (fill ?? '') }, text));
+  const ofAll = /** @type {HTMLSelectElement} */ (byId('fill')).options;
+  const choices = [{ value: '', text: 'as for all parts' }, ...ofAll];
+  const options = choices.map(({ value, text }) => make('option', { value, selected: value === (fill ?? '') }, text));
   const select = make(
     'select',
     {

@@ -164,8 +164,8 @@ impl Sweep<'_> {
                 before = behind;
             }
         }
-        let fluid = (0..8).fold(0, |all, corner| all | u8::from(cell.corners[corner] == self.fluid) << corner);
-        let Shape { bends, peak } = Shape::new(fluid, &cell.crossings, &places, &areas, cell.fraction);
+        let Shape { bends, peak } =
+            Shape::new(cell.in_fluid(self.fluid), &cell.crossings, &places, &areas, cell.fraction);
         (cell.bends, cell.peak) = (bends, peak);
     }
 

@@ -35,6 +35,7 @@ pub use build::SNAP;
 use build::{Build, Flat};
 pub use closed::{Behind, Counts, Face, Polyhedra};
 pub use join::LEAST;
+use join::Trial;
 
 /// Meshes that are made at most to find out which bends make cells wrong.
 const ROUNDS: usize = 5;
@@ -56,9 +57,9 @@ impl Polyhedra {
                     build.check_size()?;
                 }
             }
-            let (found, wrong) = build.joined();
+            let Trial { found, cells } = build.joined();
             // where bends make cells wrong the surface is flat
-            let more = build.bent(wrong);
+            let more = build.bent(cells);
             if more.is_empty() || rounds.next().is_none() {
                 found.check_closed()?;
                 return Ok(found);

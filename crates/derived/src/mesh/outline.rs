@@ -28,6 +28,13 @@ pub struct OutlineCell {
     pub fraction: f64,
 }
 
+impl OutlineCell {
+    /// The corners that are in a fluid, as bits.
+    pub(crate) fn in_fluid(&self, fluid: u8) -> u8 {
+        (0..8).filter(|&corner| self.corners[corner] == fluid).fold(0, |all, corner| all | 1 << corner)
+    }
+}
+
 /// What a fluid has of a cut cell, and of its faces and edges, which are numbered as those of [`OutlineCell`]; faces below and above along x, then y, then z.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]

@@ -7,7 +7,7 @@
 //! found by the volume.
 
 use super::super::edges::{ACROSS, ends_of};
-use super::super::polyhedra::cell::{BEND, CROSSING, Vertex, bodies, loops, polygons};
+use super::super::polyhedra::cell::{BEND, CROSSING, Vertex, bodies, loops, on_face, polygons};
 use super::super::polyhedra::{SNAP, planar};
 
 /// Cosine of the least angle.
@@ -86,11 +86,9 @@ impl Cell<'_> {
             at[edge / 4] = self.crossings[edge];
             return Some(at);
         }
-        let face = usize::from(vertex - BEND);
-        let mut at = [(face % 2) as f64; 3];
-        let [first, second] = ACROSS[face / 2];
-        [at[first], at[second]] = bends[face];
-        (!bends[face][0].is_nan()).then_some(at)
+        let face = vertex - BEND;
+        let at = bends[usize::from(face)];
+        (!at[0].is_nan()).then(|| on_face(face, at))
     }
 
     /// About the middle of the fluid: that of its corners and of a loop.
@@ -126,12 +124,9 @@ impl Cell<'_> {
             // where both ends are one, all is off the line
             (distance > SNAP || length(w) == 0.0) && turn < STRAIGHT * length(u) * length(v)
         };
-        let with = |at: [f64; 2]| {
+        // the area, where the middle sees the surface
+        let bent = |at: [f64; 2]| {
             let bent: Vec<[f64; 2]> = polygon.iter().copied().chain([at]).collect();
-            (area(&bent), at)
-        };
-        let is_seen = |at: &[f64; 2]| {
-            let bent: Vec<[f64; 2]> = polygon.iter().copied().chain([*at]).collect();
             let (own, middle) = moments(&bent);
             let clear = |[from, to]: [[f64; 2]; 2]| {
                 let along = [to[0] - from[0], to[1] - from[1]];
@@ -139,9 +134,10 @@ impl Cell<'_> {
                 across * own.signum() >= SNAP * along[0].hypot(along[1])
             };
             // what has no area vanishes
-            own.abs() < RIGHT || clear([ends[0], *at]) && clear([*at, ends[1]])
+            let is_seen = own.abs() < RIGHT || clear([ends[0], at]) && clear([at, ends[1]]);
+            is_seen.then(|| (own.abs(), at))
         };
-        let found = places.filter(|at| !is_whole && is_sharp(at) && is_seen(at)).map(with);
+        let found = places.filter(|at| !is_whole && is_sharp(at)).filter_map(bent);
         let best = found.min_by(|one, other| least((off(one.0), &one.1), (off(other.0), &other.1)));
         match best {
             Some((bent, at)) if off(bent) < 0.5 * off(straight) => (at, bent),
@@ -152,9 +148,7 @@ impl Cell<'_> {
 
 /// Whether all triangles between a loop and a point are seen from within the fluid, from its middle.
 fn is_outside(ring: &[[f64; 3]], tip: [f64; 3], middle: [f64; 3]) -> bool {
-    let pairs = ring.iter().zip(ring.iter().cycle().skip(1));
-    let mut triangles = pairs.map(|(&one, &other)| planar::cone([one, other, tip].into_iter(), middle).0);
-    triangles.all(|volume| volume > -RIGHT)
+    cones(ring, tip, middle).all(|volume| volume > -RIGHT)
 }
 
 /// The order of what is amiss, then of places: the same from both sides of a face.
@@ -189,6 +183,11 @@ fn below(ring: &[[f64; 3]]) -> f64 {
 
 /// The volume of the cones, from the low corner of the cell, over the triangles between a loop and a point.
 fn fan(ring: &[[f64; 3]], tip: [f64; 3]) -> f64 {
+    cones(ring, tip, [0.0; 3]).sum()
+}
+
+/// The volumes of the cones, from a point, over the triangles between a loop and another.
+fn cones(ring: &[[f64; 3]], tip: [f64; 3], from: [f64; 3]) -> impl Iterator<Item = f64> {
     let pairs = ring.iter().zip(ring.iter().cycle().skip(1));
-    pairs.map(|(&one, &other)| planar::cone([one, other, tip].into_iter(), [0.0; 3]).0).sum()
+    pairs.map(move |(&one, &other)| planar::cone([one, other, tip].into_iter(), from).0)
 }

@@ -4,7 +4,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::cell::{BEND, CROSSING, Vertex, bodies, ends, loops, polygons};
+use super::cell::{BEND, CROSSING, Vertex, bodies, ends, loops, on_face, polygons};
 use super::closed::{Behind, Face};
 use super::planar;
 use crate::cut_cells::edges::ACROSS;
@@ -92,7 +92,7 @@ impl<'a> Build<'a> {
         let mut all = Vec::new();
         for (index, (first, &cut)) in first.iter_mut().zip(&cut).enumerate() {
             let n = match outline.cells.get(cut as usize) {
-                Some(of) => bodies(in_fluid(of, outline.fluid)).0,
+                Some(of) => bodies(of.in_fluid(outline.fluid)).0,
                 None => u8::from(is_whole[index]),
             };
             if n > 0 {
@@ -143,7 +143,7 @@ impl<'a> Build<'a> {
             return None;
         }
         let outline = self.outline.cells.get(self.cut[index] as usize);
-        let corners = outline.map_or(0xff, |of| in_fluid(of, self.outline.fluid));
+        let corners = outline.map_or(0xff, |of| of.in_fluid(self.outline.fluid));
         Some(Inside { outline, corners, bodies: bodies(corners).1, first })
     }
 
@@ -325,11 +325,9 @@ impl<'a> Build<'a> {
     }
 
     /// Where the surface bends on a face of a cell.
-    fn bend(&mut self, cell: [u32; 3], face: u8, [first, second]: [f64; 2]) -> u32 {
-        let across = ACROSS[usize::from(face / 2)];
-        let mut at = [f64::from(face % 2); 3];
-        (at[across[0]], at[across[1]]) = (first, second);
-        if let Some(corner) = corner_near(at, across) {
+    fn bend(&mut self, cell: [u32; 3], face: u8, at: [f64; 2]) -> u32 {
+        let at = on_face(face, at);
+        if let Some(corner) = corner_near(at, ACROSS[usize::from(face / 2)]) {
             return self.node(cell, corner);
         }
         let key = self.key(cell, face);
@@ -365,11 +363,6 @@ impl<'a> Build<'a> {
         });
         self.polygon = polygon;
     }
-}
-
-/// The corners of a cell that are in a fluid.
-fn in_fluid(of: &OutlineCell, fluid: u8) -> u8 {
-    (0..8).filter(|&corner| of.corners[corner] == fluid).fold(0, |all, corner| all | 1 << corner)
 }
 
 /// The corner of a cell that a place is so near to that it lies in it.

@@ -8,7 +8,7 @@
 //!
 //! Source: marching cubes, Lorensen and Cline (1987), whose ambiguous faces are all decided alike here.
 
-use crate::cut_cells::edges::ends_of;
+use crate::cut_cells::edges::{ACROSS, ends_of};
 
 /// A corner of the cell (0 to 7), the crossing of an edge (8 + its number), or where the surface bends on a face (20 + its number), if it does.
 pub(in crate::cut_cells) type Vertex = u8;
@@ -126,6 +126,14 @@ pub(in crate::cut_cells) fn loops(fluid: u8, mut each: impl FnMut(usize, &[Verte
         }
         each(corner_of(fluid, start), &vertices[..n]);
     }
+}
+
+/// A place on a face, given along its two axes.
+pub(in crate::cut_cells) fn on_face(face: u8, at: [f64; 2]) -> [f64; 3] {
+    let mut place = [f64::from(face % 2); 3];
+    let [first, second] = ACROSS[usize::from(face / 2)];
+    [place[first], place[second]] = at;
+    place
 }
 
 /// The end of an edge that is in the fluid.

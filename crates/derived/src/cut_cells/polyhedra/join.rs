@@ -77,14 +77,14 @@ impl Groups {
 }
 
 /// A mesh, and the cells of the lines with bodies in its wrong cells.
-struct Trial {
-    found: Polyhedra,
-    cells: Vec<[u32; 3]>,
+pub(super) struct Trial {
+    pub(super) found: Polyhedra,
+    pub(super) cells: Vec<[u32; 3]>,
 }
 
 impl Build<'_> {
-    /// Joins small bodies; and the cells of the mesh with bodies in cells that are wrong.
-    pub(super) fn joined(&self) -> (Polyhedra, Vec<[u32; 3]>) {
+    /// Joins small bodies.
+    pub(super) fn joined(&self) -> Trial {
         let volumes = self.volumes();
         let mut ways: HashMap<u32, usize> = HashMap::new();
         let (mut best, mut since): (Option<Trial>, usize) = (None, 0);
@@ -113,9 +113,7 @@ impl Build<'_> {
                 *ways.entry(bodies[trial % bodies.len()]).or_default() += 1;
             }
         }
-        let Trial { found, cells } =
-            best.unwrap_or_else(|| Trial { found: self.trial(&volumes, &ways).0, cells: Vec::new() });
-        (found, cells)
+        best.unwrap_or_else(|| Trial { found: self.trial(&volumes, &ways).0, cells: Vec::new() })
     }
 
     /// Whether a body is that of a cell of the outline.
