@@ -25,6 +25,7 @@ const NAMED = [
   'AnisotropicJob',
   'TensorsJob',
   'DistanceJob',
+  'CutCellsJob',
 ];
 /** Keys that only the native program has. */
 const NATIVE = ['backend'];
@@ -42,6 +43,7 @@ const INNER = [
   'DistanceJob',
   'TensorsJob',
   'AnisotropicJob',
+  'CutCellsJob',
   'BackgroundJob',
   'SliceJob',
   'ViewJob',
@@ -57,6 +59,7 @@ const IN_JAVASCRIPT = {
   conformal: 'See `Mesh.conformal`.',
   distance: 'See `Mesh.distance`.',
   tensors: 'See `Mesh.tensors`.',
+  cut_cells: 'Files of `foam` then have cut cells; `eb` needs `boundary`.',
 };
 /** What holds in Python alone. @type {Record<string, string>} */
 const IN_PYTHON = {
@@ -71,6 +74,7 @@ const IN_PYTHON = {
   conformal: 'Counted in `report["conformal"]`.',
   distance: 'Described in `report["distance"]`.',
   tensors: 'Counted in `report["tensors"]`.',
+  cut_cells: 'Files that end in `.foam` then have cut cells; `.eb` needs `boundary`.',
   max_memory: 'By default 3/4 of what is available.',
   background: 'Such as `{"name": "air", "material": {"eps_r": 1}}`.',
 };

@@ -173,6 +173,13 @@ module hexcast
       type(c_ptr) :: hexcast_mesh_doubt
     end function
 
+    function hexcast_mesh_lacks(mesh) &
+      bind(c, name='hexcast_mesh_lacks')
+      import :: c_ptr
+      type(c_ptr), value :: mesh
+      type(c_ptr) :: hexcast_mesh_lacks
+    end function
+
     function hexcast_mesh_report(mesh) &
       bind(c, name='hexcast_mesh_report')
       import :: c_ptr

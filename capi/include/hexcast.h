@@ -145,13 +145,14 @@ const char *hexcast_error_hint(const struct HexcastError *error);
 void hexcast_error_free(struct HexcastError *error);
 
 // Writes the mesh to a file, or to the files or the folder of a solver or of Zarr, in the format that the end of `path` names, as
-// `hexcast mesh -o` does: .raw, .npy, .npz, .vti, .vtr, .hxc, .zarr.zip, .zarr; .foam or constant/polyMesh, .inp, .msh, .xdmf, .csx.xml, .in,
+// `hexcast mesh -o` does: .raw, .npy, .npz, .vti, .vtr, .hxc, .zarr.zip, .zarr; .foam or constant/polyMesh, .inp, .msh, .xdmf, .csx.xml, .in, .eb,
 // geometry.xml, .nrrd, .vox, .binvox. A mesh of a window or part is written as a mesh of these cells alone, where they are in space. What has
 // the name is replaced when all is written, not before; where it fails, nothing is left, and where the process is killed, a folder .hexcast-....part. A .raw gets a file .raw.json beside it.
 //
 // `options` is JSON, or NULL for the defaults: {"compress": level of zlib, 0 for none to 9 (6), "bits": eight cells a byte (false), "axis_order": "zyx" or "xyz",
 // "map": {"flag": what is written for it}, "export_flags": [flags] (all but 0), "ascii": text in place of binary numbers (false), "patches":
-// "side", "neighbour" or "solid" (for which the mesher needs the option "walls"), "open_patches": [solids]}. They are those of the command line.
+// "side", "neighbour" or "solid" (for which the mesher needs the option "walls"), "open_patches": [solids]}. They are those of the command line. .foam has cut cells where
+// the job has the key "cut_cells", and .eb needs it with "boundary"; what such files lack of the mesh, hexcast_mesh_lacks says.
 //
 // Flags are expanded in slabs of some MB, whatever the size of the mesh. Threads may write the same mesh at the same time, to
 // different files. Returns 0, or 1 for an error.
@@ -254,6 +255,13 @@ int32_t hexcast_mesh_fill_array(const struct HexcastMesh *mesh,
 // # Safety
 // `mesh` is NULL or a mesh that was not freed.
 const struct HexcastMesh *hexcast_mesh_doubt(const struct HexcastMesh *mesh);
+
+// What the file lacks of the mesh that was written last (hexcast_mesh_write), as a JSON list of sentences: parts of cut cells that its format cannot hold. "[]" where it lacks
+// nothing, and before the first file; NULL for NULL. Lives as long as the mesh.
+//
+// # Safety
+// `mesh` is NULL or a mesh that was not freed.
+const char *hexcast_mesh_lacks(const struct HexcastMesh *mesh);
 
 // The report as JSON; NULL for NULL. Lives as long as the mesh.
 //

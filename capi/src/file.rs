@@ -1,136 +1,24 @@
-//! Files of a mesh: their options, and how they get their names when all is written.
-//!
-//! The bytes are those of the library's writers and exporters, as of the command.
+//! Files of a mesh, and their options.
 
-use std::collections::BTreeMap;
 use std::ffi::c_char;
-use std::fs::{File, rename};
-use std::io::{BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use hexcast::control::Control;
-use hexcast::export::{ExportOptions, Exporter, Files, PatchNames, export};
-use hexcast::files::WrittenFolder;
-use hexcast::files::place::{ExportPlace, check_kind, folder_of, refused, target_of};
-use hexcast::job::ZarrJob;
-use hexcast::mesh::Mesh;
-use hexcast::write::{AxisOrder, Compress, Format, Options, sidecar_json, write, zarr};
-use hexcast::{Error, Result};
-use serde::Deserialize;
-use tempfile::TempDir;
+use hexcast::files::saved::{FileOptions, save};
 
 use crate::border::{behind, text};
 use crate::error::{HexcastError, call, status};
 use crate::mesh::HexcastMesh;
 
-/// zlib level where the caller does not say, as in the command.
-const DEFAULT_LEVEL: u8 = 6;
-
-/// How a file is written, as JSON.
-#[derive(Deserialize, Default)]
-#[serde(default, deny_unknown_fields)]
-struct Wanted {
-    compress: Option<u8>,
-    bits: bool,
-    axis_order: Option<AxisOrder>,
-    map: BTreeMap<u8, u8>,
-    export_flags: Option<Vec<u8>>,
-    ascii: bool,
-    patches: Option<PatchNames>,
-    open_patches: Vec<String>,
-}
-
-/// What writes a file.
-#[derive(Clone, Copy)]
-enum Writer {
-    Format(Format),
-    Exporter(Exporter),
-}
-
-impl Writer {
-    fn of_path(path: &str) -> Result<Writer> {
-        if let Some(exporter) = Exporter::of_name(path) {
-            return Ok(Writer::Exporter(exporter));
-        }
-        Format::of_name(path).map(Writer::Format).map_err(|error| {
-            let endings = Exporter::ENDINGS.map(|(ending, _)| ending).join(", ");
-            let message = error.to_string();
-            Error::new(error.code(), message, format!("{}, {endings}", error.hint()))
-        })
-    }
-
-    fn compresses(self) -> bool {
-        match self {
-            Writer::Format(format) => !matches!(format, Format::Raw | Format::Npy),
-            Writer::Exporter(exporter) => exporter.compresses(),
-        }
-    }
-}
-
-impl Wanted {
-    fn of_json(json: &str) -> Result<Wanted> {
-        serde_json::from_str(json).map_err(|error| {
-            let hint = "give compress, bits, axis_order, map, export_flags, ascii, patches or open_patches, as hexcast.h has them";
-            Error::new("job-value", format!("the options of the file: {error}"), hint)
-        })
-    }
-
-    /// Refuses options that the file would silently ignore.
-    fn check(&self, writer: Writer, path: &str) -> Result<()> {
-        let format = if let Writer::Format(format) = writer { Some(format) } else { None };
-        let exporter = if let Writer::Exporter(exporter) = writer { Some(exporter) } else { None };
-        let has_own_bytes = matches!(format, Some(Format::Raw | Format::Npy | Format::Npz));
-        let has_patches = exporter.is_some_and(Exporter::has_patches);
-        let options = [
-            ("compress", self.compress.is_some_and(|level| level > 0), writer.compresses()),
-            ("bits", self.bits, matches!(format, Some(Format::Raw | Format::Npy))),
-            ("axis_order", self.axis_order.is_some(), has_own_bytes),
-            ("map", !self.map.is_empty(), has_own_bytes),
-            ("export_flags", self.export_flags.is_some(), exporter.is_some_and(Exporter::has_flags)),
-            ("ascii", self.ascii, exporter.is_some_and(Exporter::has_ascii)),
-            ("patches", self.patches.is_some(), has_patches),
-            ("open_patches", !self.open_patches.is_empty(), has_patches && self.patches.is_some()),
-        ];
-        let Some((name, ..)) = options.iter().find(|(_, is_given, applies)| *is_given && !applies) else {
-            return Ok(());
-        };
-        let message = format!("{path}: the option \"{name}\" does not apply to files of this ending");
-        let message = if *name == "open_patches" { format!("{message}, or \"patches\" is missing") } else { message };
-        Err(Error::new("job-conflict", message, "leave it out, or write another format"))
-    }
-
-    fn compression(&self, writer: Writer) -> Compress {
-        match self.compress.unwrap_or(DEFAULT_LEVEL) {
-            level if level > 0 && writer.compresses() => Compress::Zlib(level),
-            _ => Compress::None,
-        }
-    }
-
-    fn options(&self, writer: Writer, zarr: ZarrJob) -> Options {
-        let options = Options::default().with_compress(self.compression(writer)).with_bits(self.bits).with_zarr(zarr);
-        let options = self.axis_order.into_iter().fold(options, Options::with_axis_order);
-        if self.map.is_empty() {
-            return options;
-        }
-        options.with_map(std::array::from_fn(|flag| self.map.get(&(flag as u8)).copied().unwrap_or(flag as u8)))
-    }
-
-    fn export_options(&self, writer: Writer) -> ExportOptions {
-        let options = ExportOptions::default().with_ascii(self.ascii).with_compress(self.compression(writer));
-        let options =
-            options.with_patches(self.patches.unwrap_or_default()).with_open_patches(self.open_patches.clone());
-        self.export_flags.iter().cloned().fold(options, ExportOptions::with_flags)
-    }
-}
-
 /// Writes the mesh to a file, or to the files or the folder of a solver or of Zarr, in the format that the end of `path` names, as
-/// `hexcast mesh -o` does: .raw, .npy, .npz, .vti, .vtr, .hxc, .zarr.zip, .zarr; .foam or constant/polyMesh, .inp, .msh, .xdmf, .csx.xml, .in,
+/// `hexcast mesh -o` does: .raw, .npy, .npz, .vti, .vtr, .hxc, .zarr.zip, .zarr; .foam or constant/polyMesh, .inp, .msh, .xdmf, .csx.xml, .in, .eb,
 /// geometry.xml, .nrrd, .vox, .binvox. A mesh of a window or part is written as a mesh of these cells alone, where they are in space. What has
 /// the name is replaced when all is written, not before; where it fails, nothing is left, and where the process is killed, a folder .hexcast-....part. A .raw gets a file .raw.json beside it.
 ///
 /// `options` is JSON, or NULL for the defaults: {"compress": level of zlib, 0 for none to 9 (6), "bits": eight cells a byte (false), "axis_order": "zyx" or "xyz",
 /// "map": {"flag": what is written for it}, "export_flags": [flags] (all but 0), "ascii": text in place of binary numbers (false), "patches":
-/// "side", "neighbour" or "solid" (for which the mesher needs the option "walls"), "open_patches": [solids]}. They are those of the command line.
+/// "side", "neighbour" or "solid" (for which the mesher needs the option "walls"), "open_patches": [solids]}. They are those of the command line. .foam has cut cells where
+/// the job has the key "cut_cells", and .eb needs it with "boundary"; what such files lack of the mesh, hexcast_mesh_lacks says.
 ///
 /// Flags are expanded in slabs of some MB, whatever the size of the mesh. Threads may write the same mesh at the same time, to
 /// different files. Returns 0, or 1 for an error.
@@ -151,147 +39,16 @@ pub unsafe extern "C" fn hexcast_mesh_write(
     let act = || {
         // SAFETY: the caller vouches for both
         let (mesh, path) = unsafe { (behind(mesh, "the mesh")?, text(path, "the path")?) };
-        let wanted = match options.is_null() {
-            true => Wanted::default(),
+        let options = match options.is_null() {
+            true => FileOptions::default(),
             // SAFETY: it is a text, for which the caller vouches
-            false => Wanted::of_json(unsafe { text(options, "the options of the file") }?)?,
+            false => FileOptions::of_json(unsafe { text(options, "the options of the file") }?)?,
         };
-        let writer = Writer::of_path(path)?;
-        wanted.check(writer, path)?;
-        if wanted.patches == Some(PatchNames::Solid) && mesh.mesh.walls().is_none() {
-            let message = format!("{path}: patches are to have the names of solids, which this mesh does not know");
-            return Err(Error::new("job-conflict", message, "open the mesher with the option \"walls\": true"));
-        }
-        let of_mesh = Output { mesh: &mesh.mesh, inputs: &mesh.origin.inputs, path: Path::new(path) };
-        match writer {
-            Writer::Format(Format::Zarr) => of_mesh.zarr(&wanted.options(writer, mesh.origin.zarr)),
-            Writer::Format(format) => of_mesh.file(format, &wanted.options(writer, mesh.origin.zarr)),
-            Writer::Exporter(exporter) => of_mesh.exported(exporter, &wanted.export_options(writer)),
-        }
+        let of_mesh = (mesh.origin.zarr, &mesh.origin.inputs[..]);
+        let lacks = save(&mesh.mesh, Path::new(path), &options, of_mesh, &Control::default())?;
+        mesh.say(&lacks);
+        Ok(())
     };
     // SAFETY: the caller vouches for the place of the error
     status(unsafe { call(error, act) })
-}
-
-/// What is written, and where.
-struct Output<'a> {
-    mesh: &'a Mesh,
-    /// Files that the mesh was made of.
-    inputs: &'a [PathBuf],
-    path: &'a Path,
-}
-
-impl Output<'_> {
-    /// Writes one file, and the description of a `.raw` beside it.
-    fn file(&self, format: Format, options: &Options) -> Result<()> {
-        let target = target_of(self.path)?;
-        let mut described = target.clone().into_os_string();
-        described.push(".json");
-        let described = PathBuf::from(described);
-        let has_description = format == Format::Raw;
-        for place in [Some(&target), has_description.then_some(&described)].into_iter().flatten() {
-            self.check_file(place)?;
-        }
-        let folder = Temporary::beside(self.path, folder_of(&target))?;
-        let mut out = BufWriter::with_capacity(1 << 20, folder.create("new").map_err(|error| self.failed(error))?);
-        let written = write(self.mesh, format, options, &mut out, &Control::default());
-        let written = written.map_err(|error| error.at(self.path.display()))?;
-        drop(out);
-        if has_description {
-            let mut out = folder.create("new.json").map_err(|error| self.failed(error))?;
-            let text = sidecar_json(self.mesh, options, &written);
-            out.write_all(text.as_bytes()).map_err(|error| self.failed(error))?;
-            rename(folder.path("new.json"), described).map_err(|error| self.failed(error))?;
-        }
-        rename(folder.path("new"), target).map_err(|error| self.failed(error))
-    }
-
-    /// Writes the files of an exporter.
-    fn exported(&self, exporter: Exporter, options: &ExportOptions) -> Result<()> {
-        let place = ExportPlace::of(self.path, exporter)?;
-        let targets: Vec<PathBuf> = place.files.iter().map(|name| place.folder.join(name)).collect();
-        targets.iter().try_for_each(|target| self.check_file(target))?;
-        let mut folder = Temporary::beside(self.path, &place.folder)?;
-        let done = export(self.mesh, exporter, &place.name, options, &mut folder, &Control::default());
-        done.map_err(|error| error.at(self.path.display()))?;
-        let put = |(name, target): (&String, &PathBuf)| {
-            std::fs::create_dir_all(folder_of(target))?;
-            rename(folder.path(name), target)
-        };
-        place.files.iter().zip(&targets).try_for_each(put).map_err(|error| self.failed(error))
-    }
-
-    /// Writes a folder of Zarr.
-    fn zarr(&self, options: &Options) -> Result<()> {
-        let target = target_of(self.path)?;
-        if target.exists() && !target.join("zarr.json").is_file() {
-            let message = format!("{} exists and is not a Zarr folder", self.path.display());
-            return Err(Error::new("io", message, "name another"));
-        }
-        self.check_inputs(&target)?;
-        let folder = Temporary::beside(self.path, folder_of(&target))?;
-        let store = WrittenFolder::new(folder.path("new"));
-        let done = zarr::write(self.mesh, options, &|key, value| store.put(key, value), &Control::default(), |_| ());
-        // somebody may remove files of the folder while it is filled
-        done.and_then(|()| store.verify()).map_err(|error| error.at(self.path.display()))?;
-        if target.exists() {
-            rename(&target, folder.path("old")).map_err(|error| self.failed(error))?;
-        }
-        rename(folder.path("new"), target).map_err(|error| self.failed(error))
-    }
-
-    fn check_file(&self, target: &Path) -> Result<()> {
-        if target.is_dir() {
-            return Err(Error::new("io", format!("{} is a folder", target.display()), "name a file in it"));
-        }
-        check_kind(target)?;
-        self.check_inputs(target)
-    }
-
-    /// Refuses to write over a surface of the mesh, by whatever name, or to replace a folder that has one.
-    fn check_inputs(&self, target: &Path) -> Result<()> {
-        let Ok(target) = target.canonicalize() else { return Ok(()) };
-        let Some(input) = self.inputs.iter().find(|input| input.starts_with(&target)) else { return Ok(()) };
-        let message =
-            format!("{} would be written over {}, an input of the mesh", self.path.display(), input.display());
-        Err(Error::new("job-conflict", message, "give the output another name"))
-    }
-
-    fn failed(&self, error: std::io::Error) -> Error {
-        Error::io(format!("writing {}", self.path.display()), error)
-    }
-}
-
-/// A folder beside an output, which is removed with what is left in it.
-struct Temporary(TempDir);
-
-impl Temporary {
-    fn beside(path: &Path, folder: &Path) -> Result<Temporary> {
-        let made = tempfile::Builder::new().prefix(".hexcast-").suffix(".part").tempdir_in(folder);
-        made.map(Temporary).map_err(|error| refused(path, folder, &error))
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    /// Makes a file, with the folders that it needs.
-    fn create(&self, name: &str) -> std::io::Result<File> {
-        let place = self.path(name);
-        std::fs::create_dir_all(folder_of(&place))?;
-        File::create(place)
-    }
-}
-
-impl Files for Temporary {
-    fn create(&mut self, name: &str) -> Result<Box<dyn Write + '_>> {
-        let file = Temporary::create(self, name).map_err(|error| Error::io(format!("writing {name}"), error))?;
-        Ok(Box::new(file))
-    }
-
-    fn place(&mut self, name: &str) -> Result<PathBuf> {
-        let place = self.path(name);
-        std::fs::create_dir_all(folder_of(&place)).map_err(|error| Error::io(format!("writing {name}"), error))?;
-        Ok(place)
-    }
 }

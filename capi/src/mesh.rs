@@ -3,7 +3,7 @@
 use std::ffi::{CString, c_char, c_void};
 use std::path::{Path, PathBuf};
 use std::ptr;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use hexcast::control::Control;
 use hexcast::job::{Job, ZarrJob};
@@ -25,6 +25,8 @@ pub struct HexcastMesh {
     window: [[u32; 3]; 3],
     measured: Arc<Measured>,
     doubt: Option<Box<HexcastMesh>>,
+    /// What files lack that were written, as JSON; the last is of the last file.
+    lacks: Mutex<Vec<CString>>,
     pub(crate) origin: Origin,
 }
 
@@ -60,9 +62,20 @@ impl HexcastMesh {
         let doubt = measured.doubt.as_ref().map(|mask| {
             let report = c_text(&serde_json::to_string(&ColumnsReport::new(mask)).unwrap_or_default());
             let (mesh, measured, origin) = (mask.clone(), Arc::default(), origin.clone());
-            Box::new(HexcastMesh { mesh, report, window, measured, doubt: None, origin })
+            Box::new(HexcastMesh { mesh, report, window, measured, doubt: None, lacks: Mutex::default(), origin })
         });
-        HexcastMesh { mesh, report: c_text(report), window, measured, doubt, origin }
+        HexcastMesh { mesh, report: c_text(report), window, measured, doubt, lacks: Mutex::default(), origin }
+    }
+
+    /// Remembers what a file lacks that was written.
+    pub(crate) fn say(&self, lacks: &[String]) {
+        // a list of texts always has a JSON form
+        let text = c_text(&serde_json::to_string(lacks).unwrap_or_default());
+        let mut said = self.lacks.lock().unwrap_or_else(PoisonError::into_inner);
+        if said.last() != Some(&text) {
+            // those before it stay: callers may read them
+            said.push(text);
+        }
     }
 }
 
@@ -281,6 +294,19 @@ pub unsafe extern "C" fn hexcast_mesh_doubt(mesh: *const HexcastMesh) -> *const 
     // SAFETY: it is NULL or alive, for which the caller vouches
     let doubt = unsafe { mesh.as_ref() }.and_then(|mesh| mesh.doubt.as_deref());
     doubt.map_or(ptr::null(), ptr::from_ref)
+}
+
+/// What the file lacks of the mesh that was written last (hexcast_mesh_write), as a JSON list of sentences: parts of cut cells that its format cannot hold. "[]" where it lacks
+/// nothing, and before the first file; NULL for NULL. Lives as long as the mesh.
+///
+/// # Safety
+/// `mesh` is NULL or a mesh that was not freed.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hexcast_mesh_lacks(mesh: *const HexcastMesh) -> *const c_char {
+    // SAFETY: the caller vouches for it
+    let Some(mesh) = (unsafe { mesh.as_ref() }) else { return ptr::null() };
+    let said = mesh.lacks.lock().unwrap_or_else(PoisonError::into_inner);
+    said.last().map_or(c"[]".as_ptr(), |text| text.as_ptr())
 }
 
 /// The report as JSON; NULL for NULL. Lives as long as the mesh.

@@ -1,4 +1,4 @@
-/* Meshes the job of a file with the CPU and writes the mesh to files; prints the report.
+/* Meshes the job of a file with the CPU and writes the mesh to files; prints the report, and to the standard error what files lack.
  *
  *   ./files JOB.json PATH OPTIONS [PATH OPTIONS]...
  *
@@ -39,8 +39,10 @@ int main(int argc, char **argv) {
   char *job = read_text(argv[1]);
   HexcastMesh *mesh = hexcast_mesh(mesher, job, NULL, 0, &error);
   if (!mesh) fail(error);
-  for (int i = 2; i < argc; i += 2)
+  for (int i = 2; i < argc; i += 2) {
     if (hexcast_mesh_write(mesh, argv[i], argv[i + 1][0] ? argv[i + 1] : NULL, &error)) fail(error);
+    fprintf(stderr, "%s lacks %s\n", argv[i], hexcast_mesh_lacks(mesh));
+  }
   puts(hexcast_mesh_report(mesh));
   free(job);
   hexcast_mesh_free(mesh);

@@ -298,6 +298,7 @@ static void files(const HexcastMesher *mesher) {
       {"/", NULL, "output-name", "no extension"},
   };
   HexcastMesh *mesh = meshed(mesher, JOB(""));
+  CHECK(strcmp(hexcast_mesh_lacks(mesh), "[]") == 0 && hexcast_mesh_lacks(NULL) == NULL);
   for (size_t i = 0; i < sizeof calls / sizeof calls[0]; i++) {
     HexcastError *error = NULL;
     CHECK(hexcast_mesh_write(mesh, calls[i].path, calls[i].options, &error) == 1);

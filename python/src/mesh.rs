@@ -1,21 +1,19 @@
 //! A mesh for Python: arrays and files.
 
 use std::fs::File;
-use std::io::BufWriter;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use hexcast::column_file;
 use hexcast::columns::{run_cell, run_flag};
-use hexcast::control::Control;
-use hexcast::files::WrittenFolder;
+use hexcast::files::saved::{FileOptions, save};
 use hexcast::job::ZarrJob;
 use hexcast::lines::Lines;
 use hexcast::measured::Measured;
 use hexcast::mesh::Mesh;
 use hexcast::report::ColumnsReport;
 use hexcast::write::zarr::{Place, Stored};
-use hexcast::write::{self, Compress, Format, Options, sidecar_json};
+use hexcast::write::{self, Compress, Format, Options};
 use hexcast::{Error, Result};
 use numpy::{PyArray1, PyReadwriteArray1};
 use pyo3::prelude::*;
@@ -60,9 +58,6 @@ impl RawMesh {
 type Whole = (Option<([f64; 3], [f64; 3], [u32; 3])>, [Vec<f64>; 3], [u32; 3]);
 /// The bytes of a column file, the report, the whole box, and the shapes of shards as JSON.
 type State = (Py<PyBytes>, String, Whole, String);
-
-/// Whether eight cells go to a byte, and what is written for each flag in its place.
-type OfCells = (bool, Option<[u8; 256]>);
 
 /// Columns as arrays: the axis of the rays, then offsets, first cells and flags.
 type ColumnArrays<'py> = (usize, Bound<'py, PyArray1<u64>>, Bound<'py, PyArray1<u32>>, Bound<'py, PyArray1<u8>>);
@@ -163,20 +158,11 @@ impl RawMesh {
         Ok((restore, (PyBytes::new(py, &bytes).unbind(), self.report.clone(), (equal, lists, self.place.first), zarr)))
     }
 
-    /// Writes a file, and returns the text of the one beside it, if there is to be one. `path` is replaced; the format is that of `name`.
-    fn write(
-        &self,
-        py: Python<'_>,
-        name: &str,
-        path: PathBuf,
-        compress: Option<u8>,
-        bytes: OfCells,
-    ) -> PyResult<Option<String>> {
-        let format = Format::of_name(name).map_err(py_error)?;
-        let (bits, map) = bytes;
-        let options = self.zarr_options(compress).with_bits(bits);
-        let options = map.into_iter().fold(options, Options::with_map);
-        run(py, None, |control| self.write_file(format, &options, &path, control).map_err(|error| error.at(name)))
+    /// Writes a file, or the files of a solver or of a store, and returns what they lack. `inputs` are files that are not written over.
+    fn save(&self, py: Python<'_>, path: PathBuf, options: &str, inputs: Vec<PathBuf>) -> PyResult<Vec<String>> {
+        let options = FileOptions::of_json(options).map_err(py_error)?;
+        let inputs: Vec<PathBuf> = inputs.iter().filter_map(|input| input.canonicalize().ok()).collect();
+        run(py, None, |control| save(&self.mesh, &path, &options, (self.zarr, &inputs), control))
     }
 
     /// The files of a Zarr store of the whole box that this window fills, by their keys: metadata first, then shards.
@@ -192,36 +178,12 @@ impl RawMesh {
         files.sort_by_key(|(key, _)| (key.starts_with(Stored::SHARDS), key.clone()));
         Ok(files.into_iter().map(|(key, value)| (key, PyBytes::new(py, &value))).collect())
     }
-
-    /// Writes a Zarr folder, which is not there yet.
-    fn write_zarr(&self, py: Python<'_>, name: &str, path: PathBuf, compress: Option<u8>) -> PyResult<()> {
-        let options = self.zarr_options(compress);
-        run(py, None, |control| {
-            let folder = WrittenFolder::new(path.clone());
-            write::zarr::write(&self.mesh, &options, &|key, value| folder.put(key, value), control, |_| ())
-                .and_then(|()| folder.verify())
-                .map_err(|error| error.at(name))
-        })
-    }
 }
 
 impl RawMesh {
     pub(crate) fn zarr_options(&self, compress: Option<u8>) -> Options {
         let compress = compress.map_or(Compress::None, Compress::Zlib);
         Options::default().with_compress(compress).with_zarr(self.zarr)
-    }
-
-    fn write_file(
-        &self,
-        format: Format,
-        options: &Options,
-        path: &PathBuf,
-        control: &Control,
-    ) -> Result<Option<String>> {
-        let file = File::create(path).map_err(|error| Error::io("making a file", error))?;
-        let mut out = BufWriter::with_capacity(1 << 20, file);
-        let written = write::write(&self.mesh, format, options, &mut out, control)?;
-        Ok((format == Format::Raw).then(|| sidecar_json(&self.mesh, options, &written)))
     }
 }
 

@@ -26,8 +26,9 @@ use crate::surface::Surface;
 /// For each geometry of a job its surface; None where it is read from the file that the job names.
 pub(crate) type Surfaces = Vec<Option<Py<Surface>>>;
 
-/// A part of the name of the GPU, the number of threads, the folder that columns spill to, and whether doubtful cells shall be a mesh.
-type How = (Option<String>, Option<usize>, Option<PathBuf>, bool);
+/// A part of the name of the GPU, the number of threads, the folder that columns spill to, and whether doubtful cells shall be a mesh and faces shall have
+/// the names of solids.
+type How = (Option<String>, Option<usize>, Option<PathBuf>, [bool; 2]);
 
 /// Meshes a job.
 #[pyfunction]
@@ -40,13 +41,14 @@ pub(crate) fn mesh(
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<RawMesh> {
     let job = read(job).map_err(py_error)?;
-    let (adapter, threads, spill, doubt) = how.unwrap_or_default();
+    let (adapter, threads, spill, [doubt, walls]) = how.unwrap_or_default();
     run(py, progress, |control| {
         on_threads(threads, || {
             let start = Instant::now();
             let sources = sources(&job, &surfaces, control)?;
             let read = start.elapsed().as_secs_f64();
-            let options = MeshOptions::default().with_spill(spill_target(spill.as_deref())?).with_doubt_mask(doubt);
+            let options = MeshOptions::default().with_spill(spill_target(spill.as_deref())?);
+            let options = options.with_doubt_mask(doubt).with_walls(walls);
             let (mesh, mut facts) = with_engine(job.backend, adapter.as_deref(), |engine| {
                 pollster::block_on(pipeline::mesh(&job, sources, &options, engine, control))
             })?;

@@ -71,6 +71,55 @@ def test_files_are_those_of_the_command(model, name, words, options, request, co
     assert mesh.flags.tobytes() == (native / "mesh.raw").read_bytes()
 
 
+def test_files_of_solvers_are_those_of_the_command(spot, command, tmp_path):
+    words = ["--cells", 20, "--unit", "m", "--padding-cells", 2, "--backend", "cpu"]
+    options = {"cells": 20, "unit": "m", "padding": {"cells": 2}, "backend": "cpu"}
+    native, ours = tmp_path / "native", tmp_path / "ours"
+    for name, more, given in [
+        ("whole/a.foam", [], {}),
+        ("text/a.foam", ["--ascii", "--export-flags", "0,1"], {"ascii": True, "export_flags": [0, 1]}),
+        ("solids/a.foam", ["--patches", "solid", "--open-patches", "spot"], {"patches": "solid", "open_patches": ["spot"]}),
+        ("a.inp", [], {}),
+        ("a.msh", [], {}),
+        ("a.xdmf", ["--compress", 3], {"compress": 3}),
+        ("geometry.xml", [], {}),
+        ("a.nrrd", ["--compress", "none"], {"compress": "none"}),
+        ("a.vox", [], {}),
+    ]:
+        for folder in (native, ours):
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        command("mesh", f"{spot}:name=spot", *words, *more, "-o", native / name)
+        hexcast.mesh([{"file": spot, "name": "spot"}], **options, walls="patches" in given).save(ours / name, **given)
+    assert bytes_below(ours) == bytes_below(native)
+    mesh = hexcast.mesh(spot, **options)
+    for name, given, what in [
+        ("a.foam", {"patches": "solid"}, "does not know"),
+        ("a.foam", {"bits": True}, "bits"),
+        ("a.eb", {}, "does not know where surfaces cross"),
+        ("a.npy", {"export_flags": [1]}, "export_flags"),
+    ]:
+        with pytest.raises(hexcast.Error, match=what):
+            mesh.save(tmp_path / name, **given)
+
+
+def test_cut_cells_are_those_of_the_command_and_say_what_they_lack(spot, command, tmp_path):
+    native, ours = tmp_path / "native", tmp_path / "ours"
+    for folder in (native, ours):
+        folder.mkdir()
+    words = ["--cells", 20, "--unit", "m", "--padding-cells", 2, "--backend", "cpu", "--export-flags", 0, "--cut"]
+    command("mesh", spot, *words, "-o", native / "a.foam", "-o", native / "a.eb")
+    cut = {"fluid": 0, "boundary": True}
+    mesh = hexcast.mesh(spot, cells=20, unit="m", padding={"cells": 2}, backend="cpu", cut_cells=cut)
+    for name in ("a.foam", "a.eb"):
+        with pytest.warns(hexcast.MeshWarning, match=f"{name}: "):
+            mesh.save(ours / name)
+    assert bytes_below(ours) == bytes_below(native)
+    with pytest.raises(hexcast.Error, match="cut cells are those of one fluid"):
+        hexcast.mesh([spot, {"file": spot, "flag": 3}], cells=8, backend="cpu", cut_cells={})
+    with pytest.raises(hexcast.Error, match="cells are cut of a whole box"):
+        hexcast.mesh(spot, cells=8, backend="cpu", cut_cells={}, window=(0, 0, 0, 2, 2, 2))
+
+
 def test_a_job_file_is_that_of_the_command(spot, command, tmp_path):
     job = tmp_path / "job.toml"
     (tmp_path / "cow.stl").write_bytes(Path(spot).read_bytes())

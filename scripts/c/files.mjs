@@ -1,5 +1,6 @@
 // The files that the C library writes: those of the command, byte for byte.
 
+import { spawnSync } from 'node:child_process';
 import { cpSync, mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
 
@@ -7,9 +8,11 @@ import { FOLDER, SPOT, compiled, filesOf, fresh } from './library.mjs';
 import { buildNative } from '../native.mjs';
 import { ROOT, run } from '../run.mjs';
 
+/** A whole name, and what needs cut cells. */
+const OTHERS = ['geometry.xml', 'eb'];
 /** Files that C writes, and options of both: each ending of the command. @type {[string, string, string[]][]} */
 const FILES = [
-  ...[...endingsOf('cells'), 'zarr.zip', ...endingsOf('export').filter((ending) => ending !== 'geometry.xml')].map(plain),
+  ...[...endingsOf('cells'), 'zarr.zip', ...endingsOf('export').filter((ending) => !OTHERS.includes(ending))].map(plain),
   ['case/constant/polyMesh', '', []],
   ['geometry.xml', '', []],
   ['plain.vti', '{"compress": 0}', ['--compress=none']],
@@ -80,6 +83,20 @@ export async function testFiles() {
     if (!readFileSync(path.join(ours, name)).equals(readFileSync(path.join(theirs, name)))) throw new Error(`${name} differs`);
     rmSync(path.join(ours, name));
   }
+
+  // cut cells, and what such files lack
+  const cut = path.join(FOLDER, 'cut.json');
+  writeFileSync(cut, JSON.stringify({ ...job, cut_cells: { fluid: 0, boundary: true } }));
+  const names = ['cut/cut.foam', 'cut/cut.eb'];
+  for (const folder of [ours, theirs]) mkdirSync(path.join(folder, 'cut'));
+  const { status, stderr } = spawnSync(program, [cut, ...names.flatMap((name) => [path.join(ours, name), ''])], { encoding: 'utf8' });
+  if (status !== 0 || !/cut\.foam lacks \["/.test(stderr) || !/cut\.eb lacks \["/.test(stderr))
+    throw Object.assign(new Error('C does not say what cut cells lack'), { output: stderr });
+  const outputs = names.flatMap((name) => ['-o', path.join(theirs, name)]);
+  await run(command, ['mesh', '--job', cut, '--backend', 'cpu', ...outputs]);
+  for (const name of filesOf(path.join(theirs, 'cut')))
+    if (!readFileSync(path.join(ours, 'cut', name)).equals(readFileSync(path.join(theirs, 'cut', name)))) throw new Error(`${name} differs`);
+  for (const folder of [ours, theirs]) rmSync(path.join(folder, 'cut'), { recursive: true });
 
   // what is there is replaced, and a surface of the mesh is not
   await run(program, [jobFile, ...FILES.flatMap(([name, options]) => [path.join(ours, name), options])]);

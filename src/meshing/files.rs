@@ -4,6 +4,8 @@
 //! the files of a Zarr store.
 
 pub mod place;
+#[cfg(feature = "save")]
+pub mod saved;
 mod written_folder;
 
 use std::fs::File;

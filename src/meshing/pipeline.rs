@@ -26,6 +26,7 @@ use hexcast_derived::mesh::Mesh;
 mod backend;
 mod borders;
 mod cut;
+mod cut_cells;
 mod engine;
 mod facts;
 mod halo;
@@ -58,7 +59,7 @@ pub use merge::merge;
 use meshed::Meshed;
 #[cfg(feature = "gpu")]
 pub use on_device::mesh_on_device;
-pub use options::{DEFAULT_MAX_BYTES, Fluid, MeshOptions, SpillTarget};
+pub use options::{DEFAULT_MAX_BYTES, MeshOptions, SpillTarget};
 use prepare::Task;
 pub use prepare::{Prepared, part_step, prepare};
 use surfaces::Surfaces;

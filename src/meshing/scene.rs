@@ -322,7 +322,7 @@ fn is_open(report: &Report) -> bool {
 /// Whether a job asks for something that depends on more than the rays that change.
 fn asks_for_more(job: &Job, options: &MeshOptions, prepared: &Prepared) -> bool {
     let Job { close_gaps, certify, part, .. } = job;
-    let is_measured = *certify || options.walls || options.measures(job);
+    let is_measured = *certify || options.walls || job.is_measured();
     let is_cut = part.is_some() || prepared.window.is_some();
     is_measured || is_cut || close_gaps.is_some() || options.doubt_mask
 }

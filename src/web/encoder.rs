@@ -5,7 +5,7 @@ use sha2::{Digest, Sha256};
 use wasm_bindgen::prelude::*;
 
 use super::border::{JsResult, js_error};
-use super::export::{export_work, exporter_of, links_work};
+use super::export::{export_work, exporter_of, hdf5_work};
 use super::mesh::WebMesh;
 use super::work::Resting;
 use super::write_options::WriteOptions;
@@ -87,7 +87,7 @@ impl WebMesh {
             return export_work(mesh, exporter, options);
         }
         match parts_of(name) {
-            ("links", "h5") => links_work(measured, compress),
+            (of, "h5") => hdf5_work((mesh, measured), of, compress),
             ("links", "links") => {
                 measured.links()?;
                 Ok(Resting::new(0, |mut out, control| async move {
@@ -169,6 +169,11 @@ impl WebEncoder {
         let piece = self.made[self.n_taken..end].to_vec();
         self.n_taken = end;
         Ok(Some(piece))
+    }
+
+    /// What the file lacks of the mesh, a sentence each, at its end.
+    pub fn lacks(&self) -> Vec<String> {
+        self.work.lacks()
     }
 
     /// Share of the work before the first byte, 0 to 1.

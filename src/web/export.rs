@@ -1,5 +1,6 @@
 //! Files of exporters for JavaScript.
 
+use std::cell::RefCell;
 use std::io::Write;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -8,7 +9,7 @@ use super::work::Resting;
 use crate::meshing::measured::Measured;
 use hexcast_core::base::error::{Error, Result};
 use hexcast_derived::mesh::Mesh;
-use hexcast_files::export::{ExportOptions, Exporter, Files, export_with_rests, write_links};
+use hexcast_files::export::{ExportOptions, Exporter, Files, export_with_rests, write_arrays};
 use hexcast_files::write::Compress;
 use hexcast_files::write::archive::{Archive, Buffer};
 
@@ -42,20 +43,25 @@ pub(super) fn export_work(mesh: Rc<Mesh>, exporter: Exporter, options: ExportOpt
     // datasets in it are compressed themselves
     let packed = if exporter == Exporter::Foam { options.compress } else { Compress::None };
     let has_several = exporter.file_names(&name).len() > 1;
-    Ok(Resting::new(mesh.slabs(SLAB_BYTES).count(), move |mut out, control| async move {
+    let lacks: Rc<RefCell<Vec<String>>> = Rc::default();
+    let said = lacks.clone();
+    let work = Resting::new(mesh.slabs(SLAB_BYTES).count(), move |mut out, control| async move {
         let archive = has_several.then(|| Archive::new(packed, out.clone()));
         let mut files = WebFiles { made: out.clone(), archive };
-        export_with_rests(&mesh, (exporter, &name), &options, &mut files, &control).await?;
+        *said.borrow_mut() = export_with_rests(&mesh, (exporter, &name), &options, &mut files, &control).await?;
         let end = files.archive.map_or(Ok(Vec::new()), Archive::finish)?;
         out.write_all(&end).map_err(|error| Error::io("writing the mesh", error))
-    }))
+    });
+    Ok(work.with_lacks(lacks))
 }
 
-/// Starts the links of a mesh as HDF5.
-pub(super) fn links_work(measured: Arc<Measured>, compress: Compress) -> Result<Resting> {
-    measured.links()?;
-    Ok(Resting::new(1, move |made, _| async move {
-        write_links(measured.links()?, "links.h5", compress, &mut WebFiles { made, archive: None })
+/// Starts what was measured as HDF5: `of` is `links` or `distance`.
+pub(super) fn hdf5_work((mesh, measured): (Rc<Mesh>, Arc<Measured>), of: &str, compress: Compress) -> Result<Resting> {
+    measured.arrays(&mesh, of)?;
+    let of = of.to_string();
+    Ok(Resting::new(1, move |made, control| async move {
+        let mut file = WebFiles { made, archive: None };
+        write_arrays(&measured.arrays(&mesh, &of)?, "measured.h5", compress, &mut file, &control)
     }))
 }
 

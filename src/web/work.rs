@@ -1,8 +1,10 @@
 //! Work that pauses: each step runs to the next pause, and between two steps messages arrive, also one that cancels.
 
+use std::cell::RefCell;
 use std::future::{Future, poll_fn};
 use std::mem::take;
 use std::pin::Pin;
+use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::task::{Context, Poll, Waker};
@@ -62,6 +64,8 @@ pub(super) struct Resting {
     /// None at the end.
     work: Option<WebWork>,
     made: Buffer,
+    /// What the file lacks of the mesh, a sentence each, once it is written.
+    lacks: Rc<RefCell<Vec<String>>>,
     /// Rests that it had, and those of its pass over all cells before the first byte, if there is one.
     n_rests: [usize; 2],
 }
@@ -75,7 +79,17 @@ impl Resting {
         let made = Buffer::default();
         let out = made.clone();
         let work = WebWork::new(|control| async move { work(out, control).await.map(|()| JsValue::UNDEFINED) });
-        Resting { work: Some(work), made, n_rests: [0, n_rests] }
+        Resting { work: Some(work), made, lacks: Rc::default(), n_rests: [0, n_rests] }
+    }
+
+    /// With what the work says that the file lacks.
+    pub(super) fn with_lacks(self, lacks: Rc<RefCell<Vec<String>>>) -> Resting {
+        Resting { lacks, ..self }
+    }
+
+    /// What the file lacks, once it is written.
+    pub(super) fn lacks(&self) -> Vec<String> {
+        self.lacks.borrow().clone()
     }
 
     /// The bytes up to the next rest, possibly none; None at the end.

@@ -149,6 +149,39 @@ for (const [name, { job, formats }] of Object.entries(JOBS)) {
   });
 }
 
+const CUT = `${MESH_OF_FILE}
+  const lacks = {};
+  for (const format of ['foam', 'eb']) {
+    lacks[format] = [];
+    const onLack = (lack) => lacks[format].push(lack);
+    const blob = await mesh.blob(format, { onLack });
+    writeFileSync(folder + '/cut.' + format + '.zip', Buffer.from(await blob.arrayBuffer()));
+  }
+  console.log(JSON.stringify(lacks));
+  mesher.dispose();
+`;
+
+test('cut cells and embedded boundaries are those of the native command, and say what they lack', () => {
+  const job = { geometries: [COW], cells: 20, unit: 'm', cut_cells: { fluid: 0, boundary: true }, padding: { cells: 2 } };
+  writeFileSync(path.join(folder, 'given.json'), JSON.stringify({ job, files: [] }));
+  const lacks = JSON.parse(project.run('cut.js', CUT, path.join(folder, 'given.json'), folder));
+  writeFileSync(path.join(folder, 'cut.json'), JSON.stringify(job));
+  const theirs = path.join(folder, 'cut');
+  mkdirSync(theirs);
+  const outputs = ['foam', 'eb'].flatMap((format) => ['-o', path.join('cut', `mesh.${format}`)]);
+  const { status, stderr } = command('mesh', '--job', 'cut.json', '--backend=cpu', ...outputs);
+  assert.equal(status, 0, stderr);
+  for (const format of ['foam', 'eb']) {
+    execFileSync('python3', ['-m', 'zipfile', '-e', path.join(folder, `cut.${format}.zip`), path.join(folder, 'ours')]);
+    assert.ok(lacks[format].length > 0, format);
+    for (const lack of lacks[format]) assert.ok(stderr.replace(/\s+/g, ' ').includes(lack), `${lack} in ${stderr}`);
+  }
+  const [ours, expected] = [path.join(folder, 'ours'), theirs].map(filesOf);
+  assert.deepEqual(Object.keys(ours), Object.keys(expected));
+  assert.ok(Object.keys(ours).length > 30);
+  for (const [part, bytes] of Object.entries(expected)) assert.ok(ours[part].equals(bytes), part);
+});
+
 const REFUSED = `
   import { readFileSync } from 'node:fs';
   import { createMesher } from 'hexcast';
@@ -256,6 +289,9 @@ test('options that a format would ignore, and what is no format, are refused', (
     ['box', 'xdmf', { ascii: true }, 'job-conflict', /ascii is given, and \.xdmf/],
     ['box', 'in', { map: { 1: 0 } }, 'job-conflict', /map is given, and \.in/],
     ['box', 'links.h5', {}, 'job-conflict', /the mesh has no links/],
+    ['box', 'distance.h5', {}, 'job-conflict', /the mesh has no distance/],
+    ['box', 'eb', {}, 'job-conflict', /does not know where surfaces cross/],
+    ['box', 'foam', { onLack: 1 }, 'job-value', /onLack is 1/],
     ['box', 'vtk', {}, 'job-value', /format is "vtk"; allowed: .*"foam".*"binvox"/],
   ];
   writeFileSync(path.join(folder, 'asked.json'), JSON.stringify({ asked }));

@@ -1,4 +1,4 @@
-// Links as HDF5: the arrays of the native command's file, as the reference library reads them.
+// Links and distances as HDF5: the arrays of the native command's file, as the reference library reads them.
 
 import assert from 'node:assert/strict';
 import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
@@ -35,28 +35,32 @@ const CODE = `
   const mesher = await createMesher({ backend: 'cpu' });
   const mesh = await mesher.mesh(job);
   for (const compress of [0, 6]) {
-    const blob = await mesh.blob('links.h5', { compress });
-    writeFileSync(folder + '/ours-' + compress + '.h5', Buffer.from(await blob.arrayBuffer()));
+    for (const of of ['links', 'distance']) {
+      const blob = await mesh.blob(of + '.h5', { compress });
+      writeFileSync(folder + '/' + of + '-' + compress + '.h5', Buffer.from(await blob.arrayBuffer()));
+    }
   }
   console.log(JSON.stringify({ links: mesh.report.links.links, size: mesh.size('links.h5') }));
   mesher.dispose();
 `;
 
 for (const fluid of [[0], [200]]) {
-  test(`links of the fluid ${fluid} are those of the native command`, () => {
+  test(`links of the fluid ${fluid}, and distances, are those of the native command`, () => {
     const geometries = ['foot', 'arm', 'tip'].map((name) => ({ file: `${name}.stl` }));
-    const job = { geometries, cell_size: 0.5, padding: { cells: 1 }, links: { stencil: 'D3Q19', fluid } };
+    const job = { geometries, cell_size: 0.5, padding: { cells: 1 }, links: { stencil: 'D3Q19', fluid }, distance: {} };
     writeFileSync(path.join(folder, 'job.json'), JSON.stringify(job));
     const { links, size } = JSON.parse(project.run('links.js', CODE, folder));
     assert.equal(links > 100, fluid[0] === 0);
     assert.equal(size, null);
     for (const compress of [0, 6]) {
       const words = ['mesh', '--job', 'job.json', '--backend=cpu', '-q', `--compress=${compress || 'none'}`];
-      const { status, stderr } = nativeCommand(folder, ...words, '--links', `native-${compress}.h5`);
+      const files = ['links', 'distance'].map((of) => `native-${of}-${compress}.h5`);
+      const { status, stderr } = nativeCommand(folder, ...words, '--links', files[0], '--distance', files[1]);
       assert.equal(status, 0, stderr);
-      const [ours, native] = ['ours', 'native'].map((name) => readHdf5(path.join(folder, `${name}-${compress}.h5`)));
-      assert.equal(native.datasets.q.shape[0], links);
-      assert.deepEqual(ours, native);
+      const read = (/** @type {string} */ name) => readHdf5(path.join(folder, `${name}-${compress}.h5`));
+      assert.equal(read('native-links').datasets.q.shape[0], links);
+      assert.equal(read('native-distance').datasets.distance.shape.length, 3);
+      for (const of of ['links', 'distance']) assert.deepEqual(read(of), read(`native-${of}`));
     }
   });
 }

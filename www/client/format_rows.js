@@ -27,6 +27,7 @@ export const FORMATS = Object.freeze({
   'distance.vti': row('measured', 'application/vnd.vtk.vti+xml', true, false, false, 'equal'),
   'distance.vtr': row('measured', 'application/vnd.vtk.vtr+xml', true, false, false, 'any'),
   'distance.npy': row('measured', 'application/octet-stream', false, false, false, 'any'),
+  'distance.h5': row('measured', 'application/x-hdf5', true, false, false, 'any'),
   'distance.zarr': row('measured', 'application/zip', true, false, false, 'any'),
   'tensors.npz': row('measured', 'application/octet-stream', true, false, false, 'any'),
   'fractions.npz': row('measured', 'application/octet-stream', true, false, false, 'any'),
@@ -38,6 +39,11 @@ export const FORMATS = Object.freeze({
     program: 'OpenFOAM',
     about: 'a polyMesh',
     file: 'NAME.foam.zip',
+  }),
+  eb: row('export', 'application/zip', true, false, false, 'equal', {
+    program: 'AMReX',
+    about: 'exact cut cells for incflo, PeleC, MFIX-Exa',
+    file: 'NAME.eb.zip',
   }),
   inp: row('export', 'application/octet-stream', false, false, true, 'any', {
     program: 'Abaqus, CalculiX',

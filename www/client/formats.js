@@ -7,7 +7,7 @@ export const formats = FORMATS;
 const NAMES = /** @type {Format[]} */ (Object.keys(formats));
 /** Options of what stands for a cell. */
 const BYTES = ['bits', 'axisOrder', 'map'];
-const WRITE = ['compress', 'ascii', 'exportFlags', ...BYTES, ...CALL];
+const WRITE = ['compress', 'ascii', 'exportFlags', 'onLack', ...BYTES, ...CALL];
 const SIDECAR = ['hash', ...BYTES, ...CALL];
 
 /** @typedef {import('../hexcast.js').Format} Format */
@@ -24,6 +24,7 @@ export function written(format, options) {
     compress = formats[format].compresses ? 6 : 0,
     ascii = false,
     exportFlags,
+    onLack,
     signal,
     onProgress,
     ...bytes
@@ -34,7 +35,8 @@ export function written(format, options) {
     exportFlags: flagsOf(exportFlags),
     ...bytesOf(bytes),
   };
-  return { asked, signal, onProgress };
+  if (onLack !== undefined && typeof onLack !== 'function') throw wrongValue('onLack', onLack, 'a function');
+  return { asked, onLack, signal, onProgress };
 }
 
 /**

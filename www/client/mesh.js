@@ -290,7 +290,7 @@ export class Mesh {
 
   /** @param {Format} format @param {WriteOptions} [options] */
   stream(format, options) {
-    const { signal, onProgress, asked } = written(format, options);
+    const { signal, onProgress, onLack, asked } = written(format, options);
     /** @type {number} */
     let encoder;
     let done = 0;
@@ -306,7 +306,10 @@ export class Mesh {
         for (;;) {
           signal?.throwIfAborted();
           const bytes = await this.#connection.call('next', { encoder });
-          if (bytes === null) return null;
+          if ('lacks' in bytes) {
+            for (const lack of bytes.lacks) onLack?.(lack);
+            return null;
+          }
           if ('share' in bytes) {
             if (done === 0) report(onProgress, { stage: 'write', done: Math.floor(bytes.share * flags), total: flags });
           } else {

@@ -380,16 +380,18 @@ export class Core {
   }
 
   /**
-   * The next bytes of a file, or the share of the work before the first of them that is done, or null at the end.
+   * The next bytes of a file, or the share of the work before the first of them that is done, or at the end what the file lacks of the mesh.
    *
    * @param {{ encoder: number }} args
+   * @returns {Uint8Array | { share: number } | { lacks: string[] }}
    */
   next({ encoder }) {
     const made = this.#encoders.get(encoder);
     const bytes = made.nextPiece();
     if (bytes) return bytes.length > 0 ? bytes : { share: made.share() };
+    const lacks = made.lacks();
     this.release({ encoder });
-    return null;
+    return { lacks };
   }
 
   /** @param {{ mesh: number, options: string, sha256?: string }} args */

@@ -13,6 +13,7 @@ export type MeasuredFormat =
   | 'distance.vti'
   | 'distance.vtr'
   | 'distance.npy'
+  | 'distance.h5'
   | 'distance.zarr'
   | 'tensors.npz'
   | 'fractions.npz'
@@ -21,4 +22,15 @@ export type MeasuredFormat =
   | 'fractions.npy'
   | 'fractions.zarr';
 /** Files of other programs. */
-export type ProgramFormat = 'foam' | 'inp' | 'msh' | 'xdmf' | 'csx.xml' | 'in' | 'geometry.xml' | 'nrrd' | 'vox' | 'binvox';
+export type ProgramFormat =
+  | 'foam'
+  | 'eb'
+  | 'inp'
+  | 'msh'
+  | 'xdmf'
+  | 'csx.xml'
+  | 'in'
+  | 'geometry.xml'
+  | 'nrrd'
+  | 'vox'
+  | 'binvox';

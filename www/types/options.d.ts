@@ -165,6 +165,17 @@ export interface DistanceJob {
   flags?: readonly number[];
 }
 
+/**
+ * Asks for the cells of one flag to be cut at its surface, for files of polyhedra and embedded boundaries. Only closed bodies have such cells,
+ * and only whole boxes are cut.
+ */
+export interface CutCellsJob {
+  /** The flag, 0 for what is around all geometries; by default that of the geometries, which then have one. */
+  fluid?: number;
+  /** Also measures what the flag has of faces and edges, for embedded boundaries (`.eb`). */
+  boundary?: boolean;
+}
+
 /** What is meshed and how: the native job file, with sources in place of file names. */
 export interface Job {
   /** The geometries, in order: where two of equal priority overlap, one that is closed or flat wins over one that is not, else the later. */
@@ -265,6 +276,8 @@ export interface Job {
   distance?: DistanceJob;
   /** Averages the permittivity in the cell around each point of E, as tensors. See `Mesh.tensors`. */
   tensors?: TensorsJob;
+  /** Cuts the cells of one flag at its surface, for files that hold cut cells. Files of `foam` then have cut cells; `eb` needs `boundary`. */
+  cut_cells?: CutCellsJob;
   /**
    * Along which axis the rays run; the cells do not depend on it. `auto`: the axis with most cells; those with less than an eighth fewer count
    * as equal, and of equals the first is taken. `x`: along x. `y`: along y. `z`: along z. Default `auto`.

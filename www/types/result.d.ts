@@ -85,7 +85,9 @@ export interface Skin {
 /**
  * Files for other programs; each is named as its files end. Those without a grid have the cells of all flags but 0, or those of `exportFlags`.
  *
- * - `foam`: OpenFOAM, as a ZIP archive of `mesh.foam` and `constant/polyMesh/`, to be unpacked into the folder of a case.
+ * - `foam`: OpenFOAM, as a ZIP archive of `mesh.foam` and `constant/polyMesh/`, to be unpacked into the folder of a case. With `cut_cells` in the job the cells of the fluid
+ *   are cut at its surface.
+ * - `eb`: AMReX, as a ZIP archive of a folder for `EB2::BuildFromChkptFile`, for cells of one size. The job needs `cut_cells: { boundary: true }`.
  * - `inp`: Abaqus and CalculiX.
  * - `msh`: Gmsh, MSH 4.1.
  * - `xdmf`: ParaView, VTK, meshio, dolfinx, as a ZIP archive of `mesh.xdmf` and `mesh.h5`.
@@ -104,7 +106,7 @@ export type ExportFormat = ProgramFormat;
  * Formats of files: those of the mesh, of what its job asked for besides, and of other programs. `vti` is for cells of one size.
  *
  * - `zarr`: the files of a Zarr v3 store in a ZIP archive, for the `ZipStore` of zarr-python; chunks and shards as the `zarr` of the job says.
- * - `links.h5`: HDF5, held in memory up to 2^29 bytes, 24 a link.
+ * - `links.h5`, `distance.h5`: HDF5 with the arrays of the `.npz`, held in memory up to 2^29 bytes: 24 a link, 8 a point.
  * - `links`: records of 24 bytes, for programs that read without NumPy.
  * - `fractions.vti`, `fractions.vtr`, `fractions.npy`, `fractions.zarr`: for every cell the fraction that is not background.
  */
@@ -150,7 +152,7 @@ export interface CellBytes {
 
 export interface WriteOptions extends CallOptions, CellBytes {
   /**
-   * zlib level for vti, vtr, hxc, nrrd, zarr (its chunks), every npz, HDF5 (xdmf, in, links.h5; its chunks) and the archive of foam: 0 does not compress, 1 is fast, 6, the default, is a good
+   * zlib level for vti, vtr, hxc, nrrd, zarr (its chunks), every npz, HDF5 (xdmf, in, every h5; its chunks) and the archive of foam: 0 does not compress, 1 is fast, 6, the default, is a good
    * compromise, 9 is small. All other formats are never compressed.
    */
   compress?: number;
@@ -158,6 +160,8 @@ export interface WriteOptions extends CallOptions, CellBytes {
   ascii?: boolean;
   /** Flags, 0 to 255, whose cells are exported, for every {@link ExportFormat} but nrrd; by default all but 0. At least one; each has cells. */
   exportFlags?: readonly number[];
+  /** Told at the end of a file, a sentence each, what it lacks of the mesh: parts of cut cells that foam or eb cannot hold. */
+  onLack?: (sentence: string) => void;
 }
 
 /** Which raw file is described. */

@@ -70,6 +70,7 @@ fn the_fortran_module_is_that_of_the_header() {
         "mesh_free(",
         "mesher_free(",
         "mesh_doubt(",
+        "mesh_lacks(",
         "mesh_report(",
         "scene_free(",
         "scene_told(",

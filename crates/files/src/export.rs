@@ -10,11 +10,14 @@
 //!
 //! A new exporter is a file in `formats/`, its row in `formats.rs`, and a page in `docs/export/`.
 
+use std::borrow::Cow;
+
 use hexcast_core::base::control::{Control, at_once};
 use hexcast_core::base::error::{Error, Result};
 use hexcast_core::grid::lines::Lines;
 use hexcast_derived::mesh::{Mesh, Named};
 
+mod arrays;
 mod boxes;
 mod decimal;
 mod electric;
@@ -23,7 +26,6 @@ mod formats;
 mod hdf5;
 mod layers;
 mod limits;
-mod links;
 mod names;
 mod options;
 mod output;
@@ -33,11 +35,11 @@ mod unit;
 mod xml;
 
 use crate::write::Compress;
-pub use formats::Exporter;
 #[doc(hidden)]
-pub use links::write as write_links;
+pub use arrays::write as write_arrays;
 #[cfg(not(target_arch = "wasm32"))]
-pub use links::write_links_hdf5;
+pub use arrays::write_arrays_hdf5;
+pub use formats::Exporter;
 pub use options::{ExportOptions, PatchNames};
 use output::Export;
 pub use output::Files;
@@ -86,7 +88,7 @@ impl Exporter {
         self.format().has_ascii
     }
 
-    /// Whether cells can be cut at the surface of a fluid.
+    /// Whether cells are cut at the surface of a fluid, where the mesh has its outline ([`Mesh::outline`]).
     pub fn cuts(self) -> bool {
         self.format().cuts
     }
@@ -95,16 +97,6 @@ impl Exporter {
     #[doc(hidden)]
     pub fn is_boundary(self) -> bool {
         self.format().is_boundary
-    }
-
-    /// Says what files that were written lack of a mesh whose cells are cut, a sentence each.
-    ///
-    /// # Errors
-    /// Those of [`Mesh::for_each_slab`].
-    #[doc(hidden)]
-    pub fn lacks(self, mesh: &Mesh, options: &ExportOptions) -> Result<Vec<String>> {
-        let outline = mesh.outline().filter(|_| (options.cut && self.cuts()) || self.is_boundary());
-        outline.map_or(Ok(Vec::new()), |outline| (self.format().lacks)(mesh, outline))
     }
 
     /// Whether only some flags can be exported.
@@ -208,6 +200,7 @@ impl Exporter {
         if !self.has_flags() {
             return Ok(());
         }
+        let options = &self.options_for(mesh, options);
         let keeps = options.selection(mesh, self.has_plates())?;
         self.check_flags(options, &(0..=255).collect::<Vec<u8>>())?;
         self.check_materials(options, mesh.names(), &options.exported(mesh))?;
@@ -216,9 +209,18 @@ impl Exporter {
         }
         (self.format().check_mesh)(mesh, options, &keeps)
     }
+
+    /// With the one flag whose cells are cut, where cells are cut and the caller does not say which are exported.
+    fn options_for<'a>(self, mesh: &Mesh, options: &'a ExportOptions) -> Cow<'a, ExportOptions> {
+        match mesh.outline().filter(|_| self.cuts() && options.flags.is_none()) {
+            Some(outline) => Cow::Owned(options.clone().with_flags(vec![outline.fluid])),
+            None => Cow::Borrowed(options),
+        }
+    }
 }
 
-/// Writes a mesh for another program; `name` is the last part of the path of the output, which [`Exporter::file_names`] extends.
+/// Writes a mesh for another program; `name` is the last part of the path of the output, which [`Exporter::file_names`] extends. Returns what the files lack of the
+/// mesh, a sentence each: parts of cut cells that the format cannot hold.
 ///
 /// # Errors
 /// Those of [`Exporter::check`]; `export-too-large` where the format cannot number so many cells or points; those of `files`; `io` where
@@ -230,7 +232,7 @@ pub fn export(
     options: &ExportOptions,
     files: &mut dyn Files,
     control: &Control,
-) -> Result<()> {
+) -> Result<Vec<String>> {
     at_once(export_with_rests(mesh, (exporter, name), options, files, &control.without_pauses()))
 }
 
@@ -245,10 +247,12 @@ pub async fn export_with_rests(
     options: &ExportOptions,
     files: &mut dyn Files,
     control: &Control,
-) -> Result<()> {
+) -> Result<Vec<String>> {
     exporter.check(mesh, options)?;
-    let job = Export { mesh, options, control };
-    (exporter.format().write)(&job, name, files).await
+    let options = exporter.options_for(mesh, options);
+    let job = Export::new(mesh, &options, control);
+    (exporter.format().write)(&job, name, files).await?;
+    Ok(job.lacks())
 }
 
 /// Returns the size of all files before they are written, in bytes; None where it depends on the flags.

@@ -80,6 +80,7 @@ def mesh(
     threads: Optional[int] = None,
     spill: Union[str, os.PathLike[str], None] = None,
     doubt: bool = False,
+    walls: bool = False,
     **options: Unpack[JobOptions],
 ) -> Mesh:
     """Meshes surfaces: a box of cells, each with the flag of the geometry that it is in, or 0.
@@ -99,6 +100,7 @@ def mesh(
     :param threads: number of threads of the processor; by default all, or what the environment variable ``RAYON_NUM_THREADS`` says.
     :param spill: a folder for a file without a name that holds what exceeds ``max_memory``, and is gone with the mesh.
     :param doubt: whether the mesh has a mask of the cells that the rays of open surfaces do not decide: :attr:`Mesh.doubt`.
+    :param walls: whether faces between flags remember whose facets they are, for ``patches="solid"`` of :meth:`Mesh.save`.
     :param options: the keys of a job file: see :class:`JobOptions`. They replace those of the job.
     :returns: the mesh. The warnings of its report are issued as :class:`MeshWarning`.
     :raises hexcast.Error: with a ``code``, a sentence and a ``hint``.
@@ -115,7 +117,7 @@ def mesh(
     ((40, 40, 1), {1: 'case', 7: 'core'}, [892, 708])
     """
     job, surfaces = job_of(what, options)
-    how = (adapter, threads_of(threads), None if spill is None else os.fspath(spill), doubt)
+    how = (adapter, threads_of(threads), None if spill is None else os.fspath(spill), (doubt, walls))
     with follow(progress) as function:
         return warn(Mesh(_hexcast.mesh(job, surfaces, how, function), (job, surfaces)))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import tempfile
+import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from importlib import import_module
@@ -12,7 +13,7 @@ from pathlib import Path
 from typing import Any, Literal, Optional, Union
 
 from . import _hexcast
-from ._error import Error
+from ._error import Error, MeshWarning
 
 #: zlib level where the caller does not say, as in the command.
 DEFAULT_LEVEL = 6
@@ -20,33 +21,30 @@ DEFAULT_LEVEL = 6
 COMPRESSED = (".vti", ".vtr", ".npz", ".hxc", ".zarr", ".zarr.zip")
 
 
-def save(
-    mesh: _hexcast.RawMesh,
-    path: Union[str, os.PathLike[str]],
-    compress: Union[int, Literal["none"], None],
-    bits: bool,
-    table: Optional[Mapping[int, int]],
-) -> None:
+def save(mesh: _hexcast.RawMesh, path: Union[str, os.PathLike[str]], compress: Union[int, Literal["none"], None], options: Mapping[str, Any]) -> None:
     """See :meth:`hexcast.Mesh.save`."""
     name = os.fspath(path)
-    level = level_of(compress, name)
-    is_store = name.lower().endswith(".zarr")
-    if is_store and (bits or table):
-        raise Error("Zarr holds the flags, a byte each", "job-conflict", "use .raw or .npy for bits, and these or .npz for a map")
-    if "://" not in name:
-        check_not_read(mesh, Path(name))
-    with replace(path) as new:
-        if is_store:
-            mesh.write_zarr(name, new, level)
-            return
-        sidecar = mesh.write(name, new, level, (bits, numbers_of(table)))
-        if sidecar is not None:
-            new.with_name("new.json").write_text(sidecar, encoding="utf-8")
+    level = None if compress is None else level_of(compress, name) or 0
+    given = {"compress": level, **options}
+    text = json.dumps({key: value for key, value in given.items() if value is not None})
+    if "://" in name:
+        with tempfile.TemporaryDirectory(prefix="hexcast-") as folder:
+            new = Path(folder, name.rstrip("/").rsplit("/", 1)[-1])
+            lacks = mesh.save(str(new), text, [])
+            names = sorted(made.name for made in Path(folder).iterdir())
+            if names not in ([new.name], [new.name, f"{new.name}.json"]):
+                raise Error(f"{name} would be {len(names)} files: {', '.join(names)}", "job-conflict", "save it in a folder, and copy that")
+            upload(new, name)
+    else:
+        lacks = mesh.save(name, text, inputs_of(mesh))
+    for said in lacks:
+        # the caller of Mesh.save
+        warnings.warn(MeshWarning({"code": "file-lacks", "sentence": f"{name}: {said}"}), stacklevel=3)
 
 
 @contextmanager
 def replace(path: Union[str, os.PathLike[str]]) -> Iterator[Path]:
-    """A path to write a file or a folder to, which gets its name when all is written; so does the file ``new.json`` beside it."""
+    """A path to write a file or a folder to, which gets its name when all is written."""
     name = os.fspath(path)
     if "://" in name:
         with tempfile.TemporaryDirectory(prefix="hexcast-") as folder:
@@ -66,9 +64,6 @@ def replace(path: Union[str, os.PathLike[str]]) -> Iterator[Path]:
                     target.rename(Path(folder, "old"))
                 new.rename(target)
                 return
-            sidecar = new.with_name("new.json")
-            if sidecar.exists():
-                sidecar.replace(target.with_name(target.name + ".json"))
             new.replace(target)
     except Error:
         raise
@@ -94,23 +89,11 @@ def upload(new: Path, url: str) -> None:
             system.rm(place, recursive=True)
         for file in filter(Path.is_file, files):
             system.pipe_file(place if file == new else f"{place}/{file.relative_to(new).as_posix()}", file.read_bytes())
-        sidecar = new.with_name("new.json")
+        sidecar = new.with_name(f"{new.name}.json")
         if sidecar.exists():
             system.pipe_file(f"{place}.json", sidecar.read_bytes())
     except OSError as error:
         raise Error(f"{url} cannot be written: {error}", "io", "make sure that the bucket is there and yours") from error
-
-
-def numbers_of(table: Optional[Mapping[int, int]]) -> Optional[list[int]]:
-    """What is written for each flag in its place."""
-    if table is None:
-        return None
-    numbers = list(range(256))
-    for flag, number in table.items():
-        if not (0 <= int(flag) <= 255 and 0 <= int(number) <= 255):
-            raise Error(f"map has {flag}: {number}", "job-value", "flags and what is written for them are 0 to 255")
-        numbers[int(flag)] = int(number)
-    return numbers
 
 
 def level_of(compress: Union[int, Literal["none"], None], name: str) -> Optional[int]:
@@ -124,15 +107,9 @@ def level_of(compress: Union[int, Literal["none"], None], name: str) -> Optional
     return compress
 
 
-def check_not_read(mesh: _hexcast.RawMesh, target: Path) -> None:
-    """Refuses to write over a surface of the mesh, by whatever name, or to replace a folder that has one."""
-    files = [Path(of["file"]) for of in json.loads(mesh.report).get("inputs", []) if of.get("blake3") is not None]
-    files = [file for file in files if file.is_file()]
-    for written in (target, target.with_name(target.name + ".json")):
-        for file in files:
-            is_inside = target.suffix.lower() == ".zarr" and target.resolve() in file.resolve().parents
-            if is_inside or (written.exists() and file.samefile(written)):
-                raise Error(f"{target} would be written over {file}, an input of the mesh", "job-conflict", "give it another name")
+def inputs_of(mesh: _hexcast.RawMesh) -> list[str]:
+    """The files that a mesh was made of, which none of its own replaces."""
+    return [of["file"] for of in json.loads(mesh.report).get("inputs", []) if of.get("blake3") is not None]
 
 
 def check_replaceable(folder: Path) -> None:

@@ -332,19 +332,34 @@ class Mesh:
         compress: Union[int, Literal["none"], None] = None,
         bits: bool = False,
         map: Optional[Mapping[int, int]] = None,
+        export_flags: Optional[Sequence[int]] = None,
+        ascii: bool = False,
+        patches: Optional[Literal["side", "neighbour", "solid"]] = None,
+        open_patches: Sequence[str] = (),
     ) -> None:
-        """Writes a file with the bytes that the command ``hexcast`` writes. The flags are not expanded as a whole.
+        """Writes a file, or the files of a solver, with the bytes that the command ``hexcast`` writes. The flags are not expanded as a whole.
 
         :param path: ends in ``.vti``, ``.vtr``, ``.npy``, ``.npz``, ``.raw`` (with a ``.raw.json`` beside it), ``.hxc``, ``.zarr``, a folder, or
-            ``.zarr.zip``, the files of that folder in an archive. What has this name is replaced when all is written. It may be an address of
-            fsspec's, such as ``s3://bucket/mesh.zarr``, which needs s3fs; the file is then made in a temporary folder first.
-        :param compress: level of all but ``.npy`` and ``.raw``, 1 (fast) to 9 (small), or ``"none"``; by default 6.
+            ``.zarr.zip``, the files of that folder in an archive; or as the files of a solver do: ``.foam``, ``.eb``, ``.inp``, ``.msh``, ``.xdmf``,
+            ``.csx.xml``, ``.in``, ``geometry.xml``, ``.nrrd``, ``.vox``, ``.binvox`` and others of ``docs/export``. What has this name is replaced when all is written. It may be an
+            address of fsspec's, such as ``s3://bucket/mesh.zarr``, which needs s3fs; the file is then made in a temporary folder first.
+        :param compress: level of what is compressed, 1 (fast) to 9 (small), or ``"none"``; by default 6.
         :param bits: eight cells a byte, for ``.raw`` and ``.npy`` of meshes with one flag.
         :param map: numbers that ``.raw``, ``.npy`` and ``.npz`` have in place of flags, such as ``{0: 255}``.
-        :raises hexcast.Error: ``job-value`` for another ending or level; ``job-conflict`` where format and options contradict each
-            other; ``io``.
+        :param export_flags: flags whose cells a solver gets, also 0; by default all but 0, or the one whose cells are cut (``cut_cells``).
+        :param ascii: text in place of numbers in binary, for ``.foam`` and ``.msh``.
+        :param patches: by what patches of ``.foam``, surfaces of ``.inp`` and tags of faces in ``.msh`` and ``.xdmf`` are named: by the side of the box, else
+            the neighbour; by the neighbour; or by the solid, for which the mesh needs ``walls=True``.
+        :param open_patches: solids whose patches a fluid flows through.
+        :raises hexcast.Error: ``output-name`` for another ending; ``job-value`` for another level; ``job-conflict`` where format and options contradict each
+            other; ``export-unit``, ``export-material``, ``export-too-large`` and ``lines-graded`` where a solver's files cannot hold the mesh; ``io``.
         """
-        save(self._raw, path, compress, bits, map)
+        numbers = {str(flag): int(number) for flag, number in (map or {}).items()}
+        if any(not (0 <= int(flag) <= 255 and 0 <= number <= 255) for flag, number in numbers.items()):
+            raise Error(f"map has {map}", "job-value", "flags and what is written for them are 0 to 255")
+        of_cells: dict[str, Any] = {"bits": bits, "map": numbers}
+        of_solver = {"export_flags": None if export_flags is None else list(export_flags), "ascii": ascii, "patches": patches, "open_patches": list(open_patches)}
+        save(self._raw, path, compress, {**of_cells, **of_solver})
 
     def slice(
         self,

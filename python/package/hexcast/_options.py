@@ -153,6 +153,9 @@ class JobOptions(TypedDict, total=False):
     distance: Mapping[str, Any]
     #: Averages the permittivity in the cell around each point of E, as tensors. Keys: ``anisotropic``. Counted in ``report["tensors"]``.
     tensors: Mapping[str, Sequence[Mapping[str, Any]]]
+    #: Cuts the cells of one flag at its surface, for files that hold cut cells. Keys: ``fluid``, ``boundary``. Files that end in ``.foam``
+    #: then have cut cells; ``.eb`` needs ``boundary``.
+    cut_cells: Mapping[str, Any]
     #: What meshes: the GPU or the CPU; the cells do not depend on it. ``auto``: the GPU where there is an adapter, else the CPU. ``gpu``:
     #: the GPU; an error where there is none. ``cpu``: the CPU. Default ``auto``.
     backend: Literal["auto", "gpu", "cpu"]

@@ -224,6 +224,7 @@ mod tests {
             ("distance-band", "distance"),
             ("distance-flags", "distance"),
             ("tensors", "tensors_output"),
+            ("cut", "cut_cells"),
         ];
         let command = Cli::command();
         let mesh = command.find_subcommand("mesh").unwrap();

@@ -1,4 +1,4 @@
-//! What is measured at surfaces once the flags are known: links from cells to surfaces, the fractions of cells, points of a staggered grid, edges and faces outside metal, smoothed permittivity, and distances.
+//! What is measured at surfaces once the flags are known: links from cells to surfaces, the fractions of cells, points of a staggered grid, edges and faces outside metal, smoothed permittivity, distances, and cells cut at a surface.
 
 use super::backend::Backend;
 use super::cut::Cut;
@@ -6,20 +6,18 @@ use super::meshed::Meshed;
 use super::prepare::{Prepared, Task};
 use super::surfaces::Uncut;
 use hexcast_core::base::control::Control;
-use hexcast_core::base::error::{Error, Result};
+use hexcast_core::base::error::Result;
 use hexcast_core::cells::columns::Columns;
-use hexcast_core::grid::frame::Frame;
 use hexcast_core::input::job::Job;
 use hexcast_core::stages::inside::Kind;
 use hexcast_derived::cut_cells::conformal::Conformal;
 use hexcast_derived::cut_cells::tensors::Tensors;
-use hexcast_derived::cut_cells::{CutBy, exact_fractions, outline, parts};
+use hexcast_derived::cut_cells::{CutBy, exact_fractions};
 use hexcast_derived::distance::Distance;
 use hexcast_derived::fractions::{Fractions, fractions};
 use hexcast_derived::links::{Field, Links};
 use hexcast_derived::mesh::outline::Outline;
 use hexcast_derived::staggered::Staggered;
-use hexcast_derived::walls;
 
 /// What a job asks for beside the cells.
 #[derive(Default)]
@@ -55,11 +53,7 @@ impl Measured {
         let tensors = uncut.tensors(task, bytes_left, backend).await?;
         // those before it are counted by no number of their own
         let distance = uncut.distance(task, bytes_left, backend).await?;
-        // JavaScript does not ask for it: the wasm has no code for it
-        #[cfg(not(target_arch = "wasm32"))]
         let outline = uncut.outline(task, bytes_left).await?;
-        #[cfg(target_arch = "wasm32")]
-        let outline = None;
         Ok(Measured { links, fractions, staggered, conformal, tensors, distance, outline })
     }
 }
@@ -97,42 +91,8 @@ impl Uncut {
     }
 
     /// What cuts the cells of the whole box.
-    fn cut_by<'a>(&'a self, job: &Job, prepared: &'a Prepared, is_oriented: &'a [bool]) -> CutBy<'a> {
+    pub(super) fn cut_by<'a>(&'a self, job: &Job, prepared: &'a Prepared, is_oriented: &'a [bool]) -> CutBy<'a> {
         CutBy { frame: &self.frame, lines: &prepared.whole, rule: job.rule, kinds: &self.kinds, is_oriented }
-    }
-
-    /// The outline of a fluid that the caller asks for, of at most so many bytes.
-    ///
-    /// # Errors
-    /// `job-conflict` for a window, and where gaps are closed, which no surface bounds; those of [`outline`].
-    #[cfg_attr(target_arch = "wasm32", allow(dead_code))]
-    pub(super) async fn outline(&self, task: &Task<'_>, max_bytes: u64) -> Result<Option<Outline>> {
-        let &Task { job, options, prepared, control, .. } = task;
-        let Some(fluid) = options.outline else { return Ok(None) };
-        let fluid = fluid.flag(&prepared.geometries)?;
-        if prepared.window.is_some() || job.close_gaps.is_some() {
-            let message = "cut cells are made of a whole box, whose gaps stay open";
-            return Err(Error::new("job-conflict", message, "leave out window, part and close_gaps, or cut"));
-        }
-        // this frame, and the facets by planes
-        let n_frames = 2 + u64::from(options.outline_parts);
-        let max_bytes = max_bytes.saturating_sub(n_frames * 38 * self.frame.facets.len() as u64);
-        let (frame, is_oriented) = (&self.frame, self.are_oriented());
-        let moved = options.outline_parts.then(|| within_sides(frame)).flatten();
-        let by = CutBy { frame: moved.as_ref().unwrap_or(frame), ..self.cut_by(job, prepared, &is_oriented) };
-        let (names, first_of) = walls::names(&prepared.geometries);
-        let wall_of = |facet: u32| {
-            let position = usize::from(frame.position_of_facet[facet as usize]);
-            let index = frame.ranks.geometry_at[position];
-            let in_geometry = (facet as usize - frame.range_at(position).start) as u64;
-            first_of[index] + prepared.geometries[index].solid_of(in_geometry) as u32
-        };
-        let mut found = outline(by, (fluid, names), &wall_of, max_bytes, control).await?;
-        if options.outline_parts {
-            let max_bytes = max_bytes.saturating_sub(size_of_val(&found.cells[..]) as u64);
-            found.parts = parts(by, &found, max_bytes, control).await?;
-        }
-        Ok(Some(found))
     }
 
     /// The fractions of cells that a job asks for, of at most so many bytes.
@@ -157,19 +117,4 @@ impl Uncut {
         let (of_box, window) = ((&self.frame, &prepared.whole), prepared.cell_window());
         fractions(of_box, window, (job.rule, &self.kinds), (asked, rays), max_bytes, control).await.map(Some)
     }
-}
-
-/// The frame with all corners that lie in the low sides of the box a unit further out, where there are any: so what ends there reaches through the side, as at the high sides, where
-/// a line stands for what is below it. A unit is a part of 2^F of a cell.
-fn within_sides(frame: &Frame) -> Option<Frame> {
-    let sides = [0, 1, 2].map(|axis| frame.face(axis, 0));
-    let is_at = |corner: &[i32; 3]| (0..3).any(|axis| corner[axis] == sides[axis]);
-    if !frame.facets.as_flattened().iter().any(is_at) {
-        return None;
-    }
-    let mut moved = frame.clone();
-    for corner in moved.facets.as_flattened_mut() {
-        corner.iter_mut().zip(sides).for_each(|(place, side)| *place -= i32::from(*place == side));
-    }
-    Some(moved)
 }

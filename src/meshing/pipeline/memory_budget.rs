@@ -47,13 +47,13 @@ pub(super) fn memory_of(job: &Job, options: &MeshOptions, prepared: &Prepared, c
 /// # Errors
 /// `memory`.
 pub(super) fn check_copies(
-    (job, options): (&Job, &MeshOptions),
+    job: &Job,
     (frame, closed): (&Frame, &[Closed]),
     prepared: &Prepared,
     memory: &Memory,
 ) -> Result<()> {
     let n_all = frame.facets.len() as u64;
-    let mut bytes = if options.measures(job) { SNAPPED_BYTES * n_all } else { 0 };
+    let mut bytes = if job.is_measured() { SNAPPED_BYTES * n_all } else { 0 };
     let mut has_parts = false;
     for (position, &index) in frame.ranks.geometry_at.iter().enumerate() {
         let (n, geometry) = (frame.range_at(position).len() as u64, &prepared.geometries[index]);

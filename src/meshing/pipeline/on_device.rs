@@ -79,6 +79,7 @@ fn check(job: &Job) -> Result<()> {
         ("conformal", job.conformal.is_some()),
         ("distance", job.distance.is_some()),
         ("tensors", job.tensors.is_some()),
+        ("cut_cells", job.cut_cells.is_some()),
     ];
     match asked.into_iter().find(|(_, is_asked)| *is_asked) {
         None => Ok(()),

@@ -1,12 +1,8 @@
 //! How a job is meshed; no choice changes the cells.
 
-use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use hexcast_core::base::error::{Error, Result};
 use hexcast_core::cells::columns::Store;
-use hexcast_core::input::geometry::Geometry;
-use hexcast_core::input::job::Job;
 
 /// Most bytes that a mesh takes where neither the job nor the caller limits it: all that the system gives, or in wasm,
 /// which can address 4 GiB, what leaves enough for the page's other data.
@@ -26,16 +22,6 @@ pub enum SpillTarget {
     Resumable(Arc<dyn Store>),
 }
 
-/// The cells of a fluid.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Fluid {
-    /// Those of a flag; 0 is all around the geometries.
-    Flag(u8),
-    /// Those of all geometries, which have one flag.
-    Geometries,
-}
-
 /// How a job is meshed.
 #[derive(Clone, Default)]
 #[non_exhaustive]
@@ -52,10 +38,6 @@ pub struct MeshOptions {
     pub lone_report: bool,
     /// Whether faces between flags and at the sides of the box shall have the names of the solids that made them: [`Mesh::walls`](hexcast_derived::mesh::Mesh::walls).
     pub walls: bool,
-    /// Which fluid shall be cut at its surface: [`Mesh::outline`](hexcast_derived::mesh::Mesh::outline).
-    pub outline: Option<Fluid>,
-    /// Whether the outline shall have what the fluid has of faces and edges, for embedded boundaries.
-    pub outline_parts: bool,
     /// Bytes that the program and its GPU driver take besides, which count against the job's `max_memory`; 0 where only the
     /// mesh shall count.
     pub program_bytes: u64,
@@ -64,37 +46,7 @@ pub struct MeshOptions {
     pub max_device_bytes: Option<u64>,
 }
 
-impl Fluid {
-    /// Its flag.
-    ///
-    /// # Errors
-    /// `job-conflict` where no geometry has it, or geometries have several.
-    pub(super) fn flag(self, geometries: &[Geometry]) -> Result<u8> {
-        let flags: BTreeSet<u8> = geometries.iter().map(|geometry| geometry.flag).collect();
-        let said = flags.iter().map(u8::to_string).collect::<Vec<_>>().join(", ");
-        let hint = "name one with export_flags (--export-flags): 0 is what is around all geometries";
-        match (self, flags.first()) {
-            (Fluid::Flag(flag), _) if flag == 0 || flags.contains(&flag) => Ok(flag),
-            (Fluid::Geometries, Some(&flag)) if flags.len() == 1 => Ok(flag),
-            (Fluid::Flag(flag), _) => {
-                let message =
-                    format!("the fluid of cut cells has flag {flag}, and no geometry has it: flags are {said}");
-                Err(Error::new("job-conflict", message, hint))
-            }
-            _ => {
-                let message = format!("cut cells are those of one fluid, and geometries have the flags {said}");
-                Err(Error::new("job-conflict", message, hint))
-            }
-        }
-    }
-}
-
 impl MeshOptions {
-    /// Whether a job, or the caller, asks for what is measured with all facets of the surfaces.
-    pub(crate) fn measures(&self, job: &Job) -> bool {
-        job.is_measured() || self.outline.is_some()
-    }
-
     /// Says where columns go that exceed the memory allowed.
     pub fn with_spill(self, spill: SpillTarget) -> MeshOptions {
         MeshOptions { spill, ..self }
@@ -118,16 +70,6 @@ impl MeshOptions {
     /// Names faces by the solids that made them.
     pub fn with_walls(self, walls: bool) -> MeshOptions {
         MeshOptions { walls, ..self }
-    }
-
-    /// Asks for the outline of a fluid, for cut cells. Only closed bodies have one, and whole boxes.
-    pub fn with_outline(self, outline: Option<Fluid>) -> MeshOptions {
-        MeshOptions { outline, ..self }
-    }
-
-    /// Asks for what the fluid has of the faces and edges of cut cells, with their outline.
-    pub fn with_outline_parts(self, outline_parts: bool) -> MeshOptions {
-        MeshOptions { outline_parts, ..self }
     }
 
     /// Counts the program and its GPU driver against the memory allowed.

@@ -1,7 +1,6 @@
 //! Surfaces: what the snap of all facets says of the geometries of a job, before some are taken from the rays.
 
 use super::memory_budget::check_copies;
-use super::options::MeshOptions;
 use super::plates::Plates;
 use super::prepare::{Prepared, Task};
 use crate::meshing::report::is_cut;
@@ -47,14 +46,14 @@ impl Surfaces {
         let Snapped { frame, closed, ends, bound_sums } = snapped(task).await?;
         let (whole, geometries) = (&prepared.whole, &prepared.geometries);
         let bad_edges = BadEdges::of_geometries(&frame, &closed, whole, geometries, (memory, control))?;
-        check_copies((job, options), (&frame, &closed), prepared, memory)?;
+        check_copies(job, (&frame, &closed), prepared, memory)?;
         control.rest().await?;
         let plates = Plates::new(&frame, &ends, prepared, (memory.left(), control))?;
         let walls = match options.walls {
             true => Some(Candidates::new(&frame, geometries, prepared.cast_cells(), (memory.left(), control))?),
             false => None,
         };
-        let uncut = Uncut::new((job, options), &frame, &closed, geometries)?.filter(|_| task.is_measured);
+        let uncut = Uncut::new(job, &frame, &closed, geometries)?.filter(|_| task.is_measured);
         Ok((frame, Surfaces { closed, ends, bound_sums, bad_edges, plates, walls, uncut }))
     }
 
@@ -84,7 +83,7 @@ pub(super) async fn snapped(task: &Task<'_>) -> Result<Snapped> {
     let &Task { job, options, prepared, memory, control, .. } = task;
     let Prepared { geometries, whole, .. } = prepared;
     let n_facets: usize = geometries.iter().map(|geometry| geometry.facets.len()).sum();
-    let is_measured = options.walls || job.certify || options.measures(job);
+    let is_measured = options.walls || job.certify || job.is_measured();
     let is_plain = !is_measured && geometries.iter().all(Geometry::is_plain);
     let are_many = n_facets >= MANY_FACETS || geometries.iter().any(|geometry| geometry.facets.stay_in_file());
     if are_many && prepared.window.is_none() && is_plain {
@@ -113,13 +112,8 @@ impl Uncut {
     ///
     /// # Errors
     /// `surface-open`, `job-conflict` where the fractions of cells are asked for, and a geometry has cells that rays do not decide.
-    pub(super) fn new(
-        (job, options): (&Job, &MeshOptions),
-        frame: &Frame,
-        closed: &[Closed],
-        geometries: &[Geometry],
-    ) -> Result<Option<Uncut>> {
-        if !options.measures(job) {
+    pub(super) fn new(job: &Job, frame: &Frame, closed: &[Closed], geometries: &[Geometry]) -> Result<Option<Uncut>> {
+        if !job.is_measured() {
             return Ok(None);
         }
         // those that share a rank are all cast
@@ -128,7 +122,7 @@ impl Uncut {
             let (geometry, is_closed) = (&geometries[index], closed[position].by(job.rule));
             let kind = &mut kinds[usize::from(frame.ranks.rank_at[position])];
             if geometry.fill != Fill::Centre || geometry.shell || !is_closed {
-                if options.outline.is_some() {
+                if job.cut_cells.is_some() {
                     return Err(no_volume(geometry, is_closed, "cut cells"));
                 }
                 if job.fractions.is_some() {

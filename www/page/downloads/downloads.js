@@ -93,8 +93,11 @@ async function write(mesh, file, button, status) {
     status.after(cancel);
     const onProgress = (/** @type {import('hexcast').Progress} */ { done, total }) =>
       (status.textContent = `${bytes(done)}${total > done ? ` of ${bytes(total)}` : ''}`);
-    const options = { ...file.options, signal: stop.signal, onProgress };
+    /** @type {string[]} */
+    const lacks = [];
     const { format } = file;
+    const onLack = (/** @type {string} */ lack) => lacks.push(lack);
+    const options = { ...file.options, signal: stop.signal, onProgress, ...(format && { onLack }) };
     const blob = async () =>
       format ? mesh.blob(format, options) : new Blob([await mesh.sidecar(options)], { type: 'application/json' });
     if (handle) {
@@ -103,7 +106,7 @@ async function write(mesh, file, button, status) {
     } else if (format && sizeAtMost(mesh, format, options) >= BLOB_BYTES && hasPrivateFiles()) {
       await throughPrivate(mesh, format, options, name);
     } else save(await blob(), name);
-    status.textContent = 'Saved.';
+    status.textContent = ['Saved.', ...lacks.map((lack) => `It lacks something: ${lack}.`)].join(' ');
   } catch (error) {
     status.textContent = error instanceof DOMException && error.name === 'AbortError' ? 'Cancelled.' : '';
     showError(error, name);

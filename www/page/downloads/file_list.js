@@ -42,7 +42,7 @@ const FILES = [
     format: 'conformal.npz',
     options: PACKED,
   }),
-  ...['npz', 'vti', 'vtr'].map((ending) => {
+  ...['npz', 'h5', 'vti', 'vtr'].map((ending) => {
     const [id, format] = [`distance-${ending}`, /** @type {Format} */ (`distance.${ending}`)];
     return file(id, format, 'Signed distances', 'of every cell', { format, options: PACKED });
   }),
@@ -169,6 +169,7 @@ function isPossible({ format, options }, { lines, report }) {
   const { kind, spacing } = formats[format];
   // links have their name last where it is all of it
   if (kind === 'measured' && !report[format.split('.')[0]]) return false;
+  if (format === 'eb' && !report.job?.cut_cells) return false;
   if (format.endsWith('vtr')) return lines.spacing === null;
   if (!lines.spacing) return spacing === 'any';
   const [x, ...others] = lines.spacing;

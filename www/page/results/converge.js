@@ -26,6 +26,7 @@ const CHOSEN = /** @type {const} */ ([
   'conformal',
   'distance',
   'tensors',
+  'cut_cells',
 ]);
 
 /** What was found last. @type {Level[]} */

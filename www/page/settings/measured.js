@@ -1,4 +1,4 @@
-/** The fields of what is measured beside the cells: links, fractions of cells, a staggered grid, edges and faces outside metal, permittivity, distances. */
+/** The fields of what is measured beside the cells: links, fractions of cells, a staggered grid, edges and faces outside metal, permittivity, distances, cut cells. */
 import { byId, inputOf, onInput, put, selectOf } from '../elements/dom.js';
 import { flagsOf } from '../text/format.js';
 import { MEASURED, set, state } from '../state/state.js';
@@ -18,6 +18,9 @@ export function startMeasured() {
     input.setCustomValidity(flags ? '' : 'these are flags from 0 to 255, separated by spaces');
     if (flags) set({ fluid: flags });
   });
+  onInput('cut-fluid', 'change', (input) => {
+    if (input.reportValidity()) set({ cut_fluid: input.value === '' ? null : Number(input.value) });
+  });
   const rays = selectOf('fraction-rays');
   rays.addEventListener('change', () => set({ fraction_rays: Number(rays.value) }));
 }
@@ -29,6 +32,8 @@ export function showMeasured() {
   byId('links-fields').hidden = !settings.links;
   byId('fractions-fields').hidden = !settings.fractions;
   byId('exact-fields').hidden = settings.fraction_rays !== 0;
+  byId('cut-fields').hidden = !settings.cut_cells;
+  put('cut-fluid', settings.cut_fluid === null ? '' : String(settings.cut_fluid));
   selectOf('stencil').value = settings.stencil;
   put('fluid', settings.fluid.join(' '));
   selectOf('fraction-rays').value = String(settings.fraction_rays);

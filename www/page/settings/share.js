@@ -107,6 +107,7 @@ export function hashOf() {
     'stencil',
     'fluid',
     'fraction_rays',
+    'cut_fluid',
     'backend',
     'unit',
   ]);
@@ -199,12 +200,14 @@ export function readHash() {
   return query.get('sample');
 }
 
-/** Reads how lines are generated, and how finely fractions are measured. @param {URLSearchParams} query @param {Settings} patch */
+/** Reads how lines are generated, how finely fractions are measured, and which flag is cut. @param {URLSearchParams} query @param {Settings} patch */
 function readLines(query, patch) {
   const number = (/** @type {string} */ key) => Number(query.get(key) ?? NaN);
   if (number('min_size') > 0) patch.min_size = number('min_size');
   if (number('growth') >= 1.01 && number('growth') <= 10) patch.growth = number('growth');
   if ([0, 1, 2, 4, 8, 16].includes(number('fraction_rays'))) patch.fraction_rays = number('fraction_rays');
+  const cut = number('cut_fluid');
+  if (query.has('cut_fluid') && Number.isInteger(cut) && cut >= 0 && cut <= 255) patch.cut_fluid = cut;
   const absorbing = numbersOf(query.get('absorbing') ?? '');
   const isRight = absorbing?.every((cells) => Number.isInteger(cells) && cells >= 0 && cells <= 1024);
   if (isRight && absorbing?.length === 1) patch.absorbing = absorbing[0];
@@ -286,7 +289,10 @@ export function commandOf(job) {
   option('fraction-edges', job.fractions?.edges);
   option('fraction-centroids', job.fractions?.centroids);
   if (state.settings.backend !== 'auto') option('backend', state.settings.backend);
-  return [...words, '-o', quote(`${baseName(job)}.${job.graded || job.lines ? 'vtr' : 'vti'}`)].join(' ');
+  option('cut', job.cut_cells ? true : undefined);
+  option('export-flags', job.cut_cells?.fluid);
+  const endings = [job.graded || job.lines ? 'vtr' : 'vti', ...(job.cut_cells ? ['foam'] : [])];
+  return [...words, ...endings.flatMap((ending) => ['-o', quote(`${baseName(job)}.${ending}`)])].join(' ');
 }
 
 /** A program that does this job with the package. @param {ReturnType<typeof currentJob>} job */

@@ -109,6 +109,8 @@ function measured({
   conformal,
   distance,
   tensors,
+  cut_cells,
+  cut_fluid,
 }) {
   /** @type {import('hexcast').FractionsJob} */
   const method = rays === 0 ? { ...(edges && { edges }), ...(centroids && { centroids }) } : { rays };
@@ -119,6 +121,7 @@ function measured({
     ...(conformal ? { conformal: {} } : {}),
     ...(distance ? { distance: {} } : {}),
     ...(tensors ? { tensors: {} } : {}),
+    ...(cut_cells ? { cut_cells: { ...(cut_fluid === null ? {} : { fluid: cut_fluid }), boundary: true } } : {}),
   };
 }
 

@@ -51,6 +51,8 @@ import { PALETTE } from './palette.js';
  * @property {boolean} conformal whether edges and faces outside metal are measured
  * @property {boolean} distance whether cells get signed distances
  * @property {boolean} tensors whether permittivity is smoothed at the points of E
+ * @property {boolean} cut_cells whether the cells of one flag are cut at its surface
+ * @property {number | null} cut_fluid that flag; null for that of the geometries
  * @property {'auto' | 'x' | 'y' | 'z'} axis
  * @property {string} unit
  * @property {import('hexcast').Material | null} background what the background is made of
@@ -139,6 +141,7 @@ export const MEASURED = /** @type {const} */ ([
   'conformal',
   'distance',
   'tensors',
+  'cut_cells',
 ]);
 
 /** The defaults of the job. @type {Readonly<Settings>} */
@@ -174,6 +177,8 @@ export const DEFAULTS = Object.freeze({
   conformal: false,
   distance: false,
   tensors: false,
+  cut_cells: false,
+  cut_fluid: null,
   axis: 'auto',
   unit: '',
   background: null,

@@ -2,8 +2,6 @@
 //!
 //! [`cut_cells::outline`](crate::cut_cells::outline) finds it, [`parts`](crate::cut_cells::parts) what the fluid has of its cells, [`polyhedra`](crate::cut_cells::polyhedra) makes cells of it. All cells at an edge have the same numbers.
 
-use std::sync::OnceLock;
-
 /// Of a cut cell: its corners are numbered by bits of x, y and z; its edges 4 along x, then y, then z, each at the low ends of the two other axes, at
 /// the high end of the first of them, at that of the second, and at both.
 #[derive(Debug, Clone, PartialEq)]
@@ -65,35 +63,11 @@ pub struct Outline {
     pub parts: Vec<OutlinePart>,
     /// Volume of the fluid in the box, in the unit of the lines cubed.
     pub volume: f64,
-    /// What became of it, once its cells were cut.
-    made: OnceLock<Made>,
-}
-
-/// What is known of cut cells that were made.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub struct Made {
-    /// Their volume, in the unit of the lines cubed.
-    pub volume: f64,
-    /// Cells of a shape that OpenFOAM's `checkMesh` would call wrong.
-    pub n_wrong: u32,
 }
 
 impl Outline {
     pub(crate) fn new(fluid: u8, cells: Vec<OutlineCell>, walls: Vec<String>, volume: f64) -> Outline {
-        Outline { fluid, cells, walls, parts: Vec::new(), volume, made: OnceLock::new() }
-    }
-
-    /// Tells what became of it.
-    #[doc(hidden)]
-    pub fn tell(&self, volume: f64, n_wrong: u32) {
-        // the same each time
-        self.made.get_or_init(|| Made { volume, n_wrong });
-    }
-
-    /// What became of it, once an exporter cut its cells.
-    pub fn made(&self) -> Option<Made> {
-        self.made.get().copied()
+        Outline { fluid, cells, walls, parts: Vec::new(), volume }
     }
 
     /// Cells of which an edge is crossed several times.

@@ -7,7 +7,6 @@ use super::options::ExportOptions;
 use super::output::{Export, Files};
 use hexcast_core::base::error::Result;
 use hexcast_core::grid::lines::Lines;
-use hexcast_derived::mesh::outline::Outline;
 use hexcast_derived::mesh::{Mesh, Named};
 
 /// Files being written.
@@ -27,9 +26,9 @@ pub(super) struct Format {
     pub(super) compresses: bool,
     /// Whether there is a form of text besides the binary one.
     pub(super) has_ascii: bool,
-    /// Whether cells can be cut at the surface of a fluid.
+    /// Whether cells are cut at the surface of a fluid, where the mesh has its outline.
     pub(super) cuts: bool,
-    /// Whether they always are, and the mesh's outline has its parts.
+    /// Whether the mesh must have one, with its parts.
     pub(super) is_boundary: bool,
     /// Whether only some flags can be exported.
     pub(super) has_flags: bool,
@@ -51,8 +50,6 @@ pub(super) struct Format {
     pub(super) check_materials: fn(&[Named], &[u8]) -> Result<()>,
     /// Refuses a mesh of which these flags are kept.
     pub(super) check_mesh: fn(&Mesh, &ExportOptions, &[bool; 256]) -> Result<()>,
-    /// What files that were written lack of a mesh with an outline: a sentence each.
-    pub(super) lacks: fn(&Mesh, &Outline) -> Result<Vec<String>>,
     /// The bytes of all files, where they do not depend on the flags.
     pub(super) exact_size: fn(&Mesh, &ExportOptions) -> Option<u64>,
     /// Writes the files of an output, by the last part of its path.
@@ -84,7 +81,6 @@ impl Format {
             check_flags: |_| Ok(()),
             check_materials: |_, _| Ok(()),
             check_mesh: |_, _, _| Ok(()),
-            lacks: |_, _| Ok(Vec::new()),
             exact_size: |_, _| None,
             write,
         }

@@ -44,8 +44,7 @@ pub(super) fn fluid<'a>(mesh: &'a Mesh, keeps: &[bool; 256]) -> Result<&'a Outli
     let cells = mesh.columns().cells_per_flag();
     let Some(outline) = mesh.outline() else {
         let message = "cells are to be cut, and the mesh does not know where surfaces cross its lines";
-        let hint =
-            "mesh the surfaces with this output (hexcast mesh), for OpenFOAM with --cut; column files do not hold it";
+        let hint = "mesh the surfaces with cut_cells.boundary = true, as hexcast mesh does for this output; column files do not hold it";
         return Err(Error::new("job-conflict", message, hint));
     };
     let kept: Vec<u8> = (0..=255).filter(|&flag| keeps[usize::from(flag)] && cells[usize::from(flag)] > 0).collect();
@@ -53,7 +52,11 @@ pub(super) fn fluid<'a>(mesh: &'a Mesh, keeps: &[bool; 256]) -> Result<&'a Outli
         let kept = kept.iter().map(u8::to_string).collect::<Vec<_>>().join(", ");
         let message =
             format!("flags {kept} are exported, and cut cells are those of one fluid, here of flag {}", outline.fluid);
-        return Err(Error::new("job-conflict", message, "name one flag to export (--export-flags)"));
+        return Err(Error::new(
+            "job-conflict",
+            message,
+            "export that flag alone (export_flags), or mesh without cut_cells",
+        ));
     }
     Ok(outline)
 }

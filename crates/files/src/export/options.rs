@@ -32,8 +32,6 @@ pub struct ExportOptions {
     pub patches: PatchNames,
     /// Solids whose patches a fluid flows through: of type `patch` in OpenFOAM, as the sides of the box; those of others are walls.
     pub open_patches: Vec<String>,
-    /// Cells of one flag are cut at its surface, where [`super::Exporter::cuts`]; the mesh has its outline.
-    pub cut: bool,
     /// Compression, where [`super::Exporter::compresses`].
     pub compress: Compress,
     /// Flags held at once, twice; at least a row of cells, or a plane where points are numbered.
@@ -48,7 +46,6 @@ impl Default for ExportOptions {
             ascii: false,
             patches,
             open_patches,
-            cut: false,
             compress: Compress::None,
             slab_bytes: SLAB_BYTES,
         }
@@ -74,11 +71,6 @@ impl ExportOptions {
     /// Names the solids whose patches a fluid flows through.
     pub fn with_open_patches(self, open_patches: Vec<String>) -> ExportOptions {
         ExportOptions { open_patches, ..self }
-    }
-
-    /// Cuts the cells of one flag at its surface.
-    pub fn with_cut(self, cut: bool) -> ExportOptions {
-        ExportOptions { cut, ..self }
     }
 
     /// Compresses, or does not.

@@ -1,5 +1,6 @@
 //! What exporters work on, and the files that they write.
 
+use std::cell::RefCell;
 use std::io::{self, Write};
 #[cfg(not(target_arch = "wasm32"))]
 use std::path::PathBuf;
@@ -31,9 +32,25 @@ pub(super) struct Export<'a> {
     pub(super) mesh: &'a Mesh,
     pub(super) options: &'a ExportOptions,
     pub(super) control: &'a Control,
+    /// What the files lack of the mesh, a sentence each.
+    lacks: RefCell<Vec<String>>,
 }
 
-impl Export<'_> {
+impl<'a> Export<'a> {
+    pub(super) fn new(mesh: &'a Mesh, options: &'a ExportOptions, control: &'a Control) -> Export<'a> {
+        Export { mesh, options, control, lacks: RefCell::default() }
+    }
+
+    /// Says what the files lack.
+    pub(super) fn say(&self, sentences: impl IntoIterator<Item = String>) {
+        self.lacks.borrow_mut().extend(sentences);
+    }
+
+    /// What the files lack.
+    pub(super) fn lacks(self) -> Vec<String> {
+        self.lacks.into_inner()
+    }
+
     /// Hands the flags of all cells over, as [`Mesh::for_each_slab`] does: at least so many at once.
     ///
     /// # Errors

@@ -118,14 +118,24 @@ impl<'a> Array<'a> {
     /// every piece.
     pub fn fill(&self, out: &mut [u8], control: &Control) -> Result<()> {
         let (mut at, n_bytes) = (0, out.len());
-        for index in 0..self.n_pieces {
-            control.check()?;
-            let piece = (self.piece)(index)?;
+        self.for_each_piece(control, |piece| {
             let place = out.get_mut(at..at + piece.len()).ok_or_else(|| other_length(self, n_bytes))?;
-            place.copy_from_slice(&piece);
+            place.copy_from_slice(piece);
             at += piece.len();
-        }
+            Ok(())
+        })?;
         if at == n_bytes { Ok(()) } else { Err(other_length(self, n_bytes)) }
+    }
+
+    /// Hands all its bytes over, piece by piece.
+    ///
+    /// # Errors
+    /// Those of `take`; `io` where the array is made from what is in a store; `cancelled`.
+    pub(crate) fn for_each_piece(&self, control: &Control, mut take: impl FnMut(&[u8]) -> Result<()>) -> Result<()> {
+        (0..self.n_pieces).try_for_each(|index| {
+            control.check()?;
+            take(&(self.piece)(index)?)
+        })
     }
 
     /// All bytes of the array, without a header.

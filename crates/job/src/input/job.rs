@@ -58,8 +58,8 @@ pub use geometry_job::{BackgroundJob, GeometryJob};
 pub use job_file::{JobFile, Level, Names, RunJob};
 pub use lines_job::{DEFAULT_GROWTH, GradedJob, LinesJob};
 pub use measured_job::{
-    AnisotropicJob, Band, ConformalJob, DistanceJob, Everywhere, FractionsJob, FractionsMethod, LinksJob, Points,
-    Stencil, TensorsJob,
+    AnisotropicJob, Band, ConformalJob, CutCellsJob, DistanceJob, Everywhere, FractionsJob, FractionsMethod, LinksJob,
+    Points, Stencil, TensorsJob,
 };
 pub use numbers::PerAxis;
 #[cfg(not(target_arch = "wasm32"))]
@@ -326,6 +326,10 @@ pub struct Job {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "cli", arg(skip))]
     pub tensors: Option<TensorsJob>,
+    /// Cuts the cells of one flag at its surface, for files that hold cut cells.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "cli", arg(skip))]
+    pub cut_cells: Option<CutCellsJob>,
     /// What meshes: the GPU or the CPU; the cells do not depend on it.
     #[cfg_attr(feature = "cli", arg(long, value_enum, value_name = "BACKEND", default_value_t, help_heading = METHOD))]
     pub backend: BackendChoice,
@@ -403,7 +407,7 @@ impl Job {
     #[doc(hidden)]
     pub fn is_measured(&self) -> bool {
         let has_cut = self.fractions.is_some() || self.conformal.is_some() || self.tensors.is_some();
-        self.links.is_some() || self.staggered || has_cut || self.distance.is_some()
+        self.links.is_some() || self.staggered || has_cut || self.distance.is_some() || self.cut_cells.is_some()
     }
 
     /// Writes the job as JSON; reading it back gives the same job.

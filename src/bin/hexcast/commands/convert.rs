@@ -67,6 +67,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
         let message = "--hash is given, but only the sidecar of a .raw has the hash";
         return Err(Error::new("job-conflict", message, "convert to .raw, or leave out --hash"));
     }
+    arguments.formats.check_whole()?;
     let mut control = Control::default();
     control.cancel = token.clone();
     let progress = Progress::new(arguments.quiet);

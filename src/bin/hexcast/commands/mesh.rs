@@ -92,17 +92,24 @@ impl Arguments {
         (run.quiet, run.verbose) = (self.quiet, self.verbose);
         Ok(run)
     }
+
+    /// Asks in a job for what the outputs need beside cells.
+    fn ask(&self, job: &mut Job) -> Result<()> {
+        self.measured.ask(job)?;
+        let mut exporters = self.outputs.iter().filter_map(|output| exporter_of(output));
+        self.formats.ask(exporters.any(Exporter::is_boundary), job)
+    }
 }
 
 pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode> {
     if let Some(path) = &arguments.dump_job {
         let mut job = arguments.job.job_as_given()?;
-        arguments.measured.ask(&mut job)?;
+        arguments.ask(&mut job)?;
         dump(&job, arguments.run_job()?, path)?;
         return Ok(ExitCode::SUCCESS);
     }
     let mut job = arguments.job.job()?;
-    arguments.measured.ask(&mut job)?;
+    arguments.ask(&mut job)?;
     let (doubt, report) = (arguments.doubt.as_deref(), arguments.report.as_deref());
     let (zarr, is_part) = (job.zarr.unwrap_or_default(), job.part.is_some());
     let has_archive = arguments.measured.has_archive();
@@ -160,15 +167,11 @@ fn mesh_and_write(
     let facet_bytes = solids.map(|solid| solid.facets.n_bytes()).sum();
     let program_bytes = memory::program_bytes_now(engine.adapter().is_some(), facet_bytes);
     let spills = !matches!(spill, SpillTarget::None);
-    let mut exporters = arguments.outputs.iter().filter_map(|output| exporter_of(output));
-    let has_boundary = exporters.any(Exporter::is_boundary);
     let options = MeshOptions::default()
         .with_spill(spill)
         .with_flags_in_memory(arguments.flags_in_memory)
         .with_doubt_mask(arguments.doubt.is_some())
         .with_walls(arguments.formats.patches == Some(PatchNames::Solid))
-        .with_outline(arguments.formats.fluid(has_boundary)?)
-        .with_outline_parts(has_boundary)
         .with_lone_report(arguments.report.is_none() && !arguments.json)
         .with_program_bytes(program_bytes)
         .with_max_device_bytes(arguments.job.max_device_memory.map(|size| size.0));

@@ -116,8 +116,7 @@ impl Output for ExportOutput {
         let mut folder = Counting { folder: &self.temporary, bar: bar.clone() };
         let done = export(mesh, self.exporter, &self.name, &self.options, &mut folder, control);
         bar.finish_and_clear();
-        done.map_err(|error| self.at(error))?;
-        let lacks = self.exporter.lacks(mesh, &self.options)?;
+        let lacks = done.map_err(|error| self.at(error))?;
         written.warnings.extend(lacks.into_iter().map(|said| format!("{}: {said}", self.path.display())));
         for name in self.exporter.file_names(&self.name) {
             let metadata = self.temporary.path(&name).metadata();

@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use hexcast::export::write_links_hdf5;
+use hexcast::export::write_arrays_hdf5;
 use hexcast::job::{Axis, Band, FractionsMethod, Job, Points, RunJob, Stencil, ZarrJob};
 use hexcast::report::MeshFacts;
 use hexcast::write::{
-    Compress, Format, LinksFormat, Options, write_conformal, write_distance, write_distance_cells, write_fractions,
-    write_links, write_solid, write_staggered, write_tensors,
+    Array, Compress, Format, LinksFormat, Options, distance, links, write_conformal, write_distance,
+    write_distance_cells, write_fractions, write_links, write_solid, write_staggered, write_tensors,
 };
 use hexcast::{Error, Result};
 
@@ -80,7 +80,7 @@ pub(crate) struct MeasuredArguments {
     /// Least area of a face for --conformal, as a part of the fraction of its longest edge; 0 leaves areas as they are [default: 0.125]
     #[arg(long, value_name = "PART", requires = "conformal", value_parser = number::<f64>)]
     stable: Option<f64>,
-    /// Write the signed distance of every cell to the nearest surface to a file, .npz, .npy, .vti, .vtr, .zarr or .zarr.zip: negative inside
+    /// Write the signed distance of every cell to the nearest surface to a file, .npz, .npy, .h5, .vti, .vtr, .zarr or .zarr.zip: negative inside
     #[arg(long, value_name = "FILE")]
     distance: Option<PathBuf>,
     /// Where --distance is measured, the centres of cells or the crossings of lines [default: centres]
@@ -115,17 +115,18 @@ enum What {
     Solid(Format),
     Staggered,
     Conformal,
-    Distance(Format),
+    /// A number for every centre or node, without a format as HDF5.
+    Distance(Option<Format>),
     Tensors,
 }
 
 /// The format of a file of links, by its name; None is HDF5.
 fn links_format(path: &Path) -> Result<Option<LinksFormat>> {
-    let is_hdf5 = path.extension().is_some_and(|of| of.eq_ignore_ascii_case("h5") || of.eq_ignore_ascii_case("hdf5"));
-    if is_hdf5 {
-        return Ok(None);
-    }
-    LinksFormat::of_name(&path.to_string_lossy()).map(Some)
+    if is_hdf5(path) { Ok(None) } else { LinksFormat::of_name(&path.to_string_lossy()).map(Some) }
+}
+
+fn is_hdf5(path: &Path) -> bool {
+    path.extension().is_some_and(|of| of.eq_ignore_ascii_case("h5") || of.eq_ignore_ascii_case("hdf5"))
 }
 
 /// The format of a file of fractions, by its name; [`Format::Npz`] is that of the fractions of each flag.
@@ -134,9 +135,12 @@ fn fractions_format(path: &Path) -> Result<Format> {
     format_of_numbers(path, "fractions of cells", hint)
 }
 
-/// The format of a file of distances, by its name.
-fn distance_format(path: &Path) -> Result<Format> {
-    format_of_numbers(path, "distances", "use .npz, .npy, .vti, .vtr, .zarr or .zarr.zip")
+/// The format of a file of distances, by its name; None is HDF5.
+fn distance_format(path: &Path) -> Result<Option<Format>> {
+    if is_hdf5(path) {
+        return Ok(None);
+    }
+    format_of_numbers(path, "distances", "use .npz, .npy, .h5, .vti, .vtr, .zarr or .zarr.zip").map(Some)
 }
 
 fn format_of_numbers(path: &Path, of: &str, hint: &str) -> Result<Format> {
@@ -187,10 +191,14 @@ impl MeasuredArguments {
             distance.at = self.distance_at.unwrap_or(distance.at);
             distance.band = self.distance_band.unwrap_or(distance.band);
             distance.flags = self.distance_flags.clone().unwrap_or_else(|| std::mem::take(&mut distance.flags));
-            if distance.at == Points::Nodes && matches!(distance_format(path)?, Format::Zarr | Format::ZarrZip) {
+            if distance.at == Points::Nodes && matches!(distance_format(path)?, Some(Format::Zarr | Format::ZarrZip)) {
                 let message =
                     format!("{}: a Zarr store holds numbers of cells, and nodes are asked for", path.display());
-                return Err(Error::new("job-conflict", message, "use .npz, .npy, .vti or .vtr, or leave out nodes"));
+                return Err(Error::new(
+                    "job-conflict",
+                    message,
+                    "use .npz, .npy, .h5, .vti or .vtr, or leave out nodes",
+                ));
             }
         }
         if self.tensors.is_some() {
@@ -209,7 +217,7 @@ impl MeasuredArguments {
     pub(crate) fn has_archive(&self) -> bool {
         let of_links = self.links.as_deref().map(links_format);
         let has_fractions = self.fractions.as_deref().is_some_and(|path| fractions_format(path) != Ok(Format::Npy));
-        let has_distance = self.distance.as_deref().is_some_and(|path| distance_format(path) != Ok(Format::Npy));
+        let has_distance = self.distance.as_deref().is_some_and(|path| distance_format(path) != Ok(Some(Format::Npy)));
         let is_npz = self.staggered.is_some() || self.conformal.is_some() || self.tensors.is_some();
         is_npz || has_fractions || has_distance || matches!(of_links, Some(Ok(None | Some(LinksFormat::Npz))))
     }
@@ -231,7 +239,7 @@ impl MeasuredArguments {
         }
         if let Some(path) = &self.distance {
             match distance_format(path)? {
-                Format::Zarr => all.push(Box::new(ZarrOutput::of_numbers(path, options, Numbers::Distances)?)),
+                Some(Format::Zarr) => all.push(Box::new(ZarrOutput::of_numbers(path, options, Numbers::Distances)?)),
                 format => all.push(file(path, What::Distance(format))?),
             }
         }
@@ -255,11 +263,19 @@ impl MeasuredFile {
         let compress = if format == Format::Npy { Compress::None } else { self.options.compress };
         self.options.with_compress(compress)
     }
+
+    /// Writes arrays as HDF5, and returns the number of bytes.
+    fn hdf5(&self, arrays: &[Array], meshed: &Meshed) -> Result<u64> {
+        let place = self.file.temporary.path();
+        let size = || std::fs::metadata(place).map_err(|error| Error::io("reading its size", error));
+        let written = write_arrays_hdf5(arrays, place, self.options.compress, meshed.control).and_then(|()| size());
+        Ok(written.map_err(|error| error.at(self.file.path.display()))?.len())
+    }
 }
 
 impl Output for MeasuredFile {
     fn check(&self, asked: &Asked) -> Result<Option<Planned>> {
-        let (What::Solid(format) | What::Distance(format)) = self.what else { return Ok(None) };
+        let (What::Solid(format) | What::Distance(Some(format))) = self.what else { return Ok(None) };
         check_cells(&self.file, asked, (format, &self.options)).map(|()| None)
     }
 
@@ -268,12 +284,7 @@ impl Output for MeasuredFile {
         let Some(facts) = meshed.facts else { return Ok(()) };
         let MeshFacts { links, fractions, staggered, conformal, tensors, distance, .. } = facts;
         let n_bytes = match (self.what, links, fractions, (staggered, conformal, tensors, distance)) {
-            (What::Links(None), Some(links), ..) => {
-                let place = file.temporary.path();
-                let size = || std::fs::metadata(place).map_err(|error| Error::io("reading its size", error));
-                let written = write_links_hdf5(links, place, compress).and_then(|()| size());
-                written.map_err(|error| error.at(file.path.display()))?.len()
-            }
+            (What::Links(None), Some(links), ..) => self.hdf5(&links::arrays(links), meshed)?,
             (What::Links(Some(format)), Some(links), ..) => {
                 file.fill(|out| write_links(links, format, compress, out))?
             }
@@ -288,10 +299,11 @@ impl Output for MeasuredFile {
             (What::Conformal, .., (_, Some(conformal), ..)) => {
                 file.fill(|out| write_conformal(conformal, mesh, compress, out))?
             }
-            (What::Distance(Format::Npz), .., (.., Some(distance))) => {
+            (What::Distance(None), .., (.., Some(distance))) => self.hdf5(&distance::arrays(distance, mesh), meshed)?,
+            (What::Distance(Some(Format::Npz)), .., (.., Some(distance))) => {
                 file.fill(|out| write_distance(distance, mesh, compress, out))?
             }
-            (What::Distance(format), .., (.., Some(distance))) => {
+            (What::Distance(Some(format)), .., (.., Some(distance))) => {
                 let options = self.options_of(format);
                 file.fill(|out| write_distance_cells(mesh, distance, (format, &options), out, meshed.control))?
             }

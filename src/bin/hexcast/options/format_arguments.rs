@@ -4,9 +4,8 @@ use std::path::Path;
 
 use hexcast::estimate::{block_cache_bytes, slab_bytes};
 use hexcast::export::{ExportOptions, Exporter, PatchNames};
-use hexcast::job::{Level, RunJob};
+use hexcast::job::{Job, Level, RunJob};
 use hexcast::mesh::Mesh;
-use hexcast::pipeline::Fluid;
 use hexcast::write::{AxisOrder, Compress, Format, Options};
 use hexcast::{Error, Result};
 use serde::Deserialize;
@@ -47,7 +46,7 @@ pub(crate) struct FormatArguments {
     /// Solids whose patches have the type patch in OpenFOAM, such as inlet,outlet; those of other solids are walls
     #[arg(long, value_name = "NAME,...", value_delimiter = ',', requires = "patches")]
     open_patches: Option<Vec<String>>,
-    /// Cut the cells of one flag at its surface, as polyhedra with flat faces: OpenFOAM; .eb always does
+    /// Cut the cells of one flag at its surface, as polyhedra with flat faces: OpenFOAM; .eb always does, and then so do both
     #[arg(long)]
     cut: bool,
     /// Export text instead of binary numbers: OpenFOAM, .msh
@@ -113,7 +112,6 @@ impl FormatArguments {
     pub(crate) fn export_options(&self, max_bytes: u64) -> ExportOptions {
         let options = ExportOptions::default()
             .with_ascii(self.ascii)
-            .with_cut(self.cut)
             .with_patches(self.patches.unwrap_or_default())
             .with_open_patches(self.open_patches.clone().unwrap_or_default())
             .with_compress(self.compression())
@@ -121,21 +119,32 @@ impl FormatArguments {
         self.export_flags.iter().fold(options, |options, flags| options.with_flags(flags.clone()))
     }
 
-    /// The fluid that is cut at its surface, if one shall be, as for each embedded boundary: that of the one flag that is exported.
+    /// Asks in a job for the cells of the one flag that is exported to be cut at its surface, where that is an option, and for embedded boundaries.
     ///
     /// # Errors
-    /// `job-conflict` where several flags are exported.
-    pub(crate) fn fluid(&self, has_boundary: bool) -> Result<Option<Fluid>> {
-        match self.export_flags.as_deref() {
-            _ if !self.cut && !has_boundary => Ok(None),
-            None => Ok(Some(Fluid::Geometries)),
-            Some([flag]) => Ok(Some(Fluid::Flag(*flag))),
-            Some(flags) => {
+    /// `job-conflict` where several flags are exported, or the job names another.
+    pub(crate) fn ask(&self, has_boundary: bool, job: &mut Job) -> Result<()> {
+        if !self.cut && !has_boundary && job.cut_cells.is_none() {
+            return Ok(());
+        }
+        let asked = job.cut_cells.get_or_insert_default();
+        asked.boundary |= has_boundary;
+        match (self.export_flags.as_deref(), asked.fluid) {
+            (None, _) => {}
+            (Some(&[flag]), fluid) if fluid.is_none_or(|fluid| fluid == flag) => asked.fluid = Some(flag),
+            (Some(flags), Some(fluid)) => {
+                let message = format!(
+                    "flags {flags:?} are to be exported, and the job has cells of flag {fluid} cut (cut_cells.fluid)"
+                );
+                return Err(Error::new("job-conflict", message, "name the same with --export-flags"));
+            }
+            (Some(flags), None) => {
                 let message =
                     format!("{} flags are to be exported, and cells are cut at the surface of one", flags.len());
-                Err(Error::new("job-conflict", message, "name one flag with --export-flags"))
+                return Err(Error::new("job-conflict", message, "name one flag with --export-flags"));
             }
         }
+        job.validate()
     }
 
     /// Puts the options into a job file.
@@ -156,7 +165,6 @@ impl FormatArguments {
             word.into()
         });
         run.open_patches = self.open_patches.clone();
-        run.cut = self.cut;
         run.ascii = self.ascii;
     }
 
@@ -192,6 +200,15 @@ impl FormatArguments {
             let message =
                 "--format is given without -o -: it is the format of standard output; files have theirs in their names";
             return Err(Error::new("job-conflict", message, "leave out --format"));
+        }
+        Ok(())
+    }
+
+    /// Refuses cut cells of a mesh that was not made of surfaces.
+    pub(crate) fn check_whole(&self) -> Result<()> {
+        if self.cut {
+            let message = "cells are to be cut, and column files do not hold where surfaces cross their lines";
+            return Err(Error::new("job-conflict", message, "mesh the surfaces with --cut (hexcast mesh)"));
         }
         Ok(())
     }

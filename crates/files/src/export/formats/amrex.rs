@@ -9,9 +9,6 @@
 //!
 //! Source: AMReX, `Src/EB` and `VisMF`. Cost: two bytes for each cell of the box, and the numbers of one grid.
 
-// the wasm has no code for what only meshes with an outline need
-#![cfg_attr(target_arch = "wasm32", allow(dead_code, unused_imports))]
-
 mod boundary;
 mod grid;
 mod numbers;
@@ -25,7 +22,6 @@ use crate::export::{
 };
 use boundary::Boundary;
 use grid::Grid;
-use hexcast_core::base::control::Control;
 use hexcast_core::base::error::{Error, Result};
 use hexcast_derived::mesh::Mesh;
 use hexcast_derived::mesh::outline::Outline;
@@ -56,8 +52,6 @@ pub(in crate::export) static FORMAT: Format = Format {
         }
     },
     check_mesh,
-    #[cfg(not(target_arch = "wasm32"))]
-    lacks: |mesh, outline| Ok(Boundary::new(mesh, outline, &Control::default())?.lacks().into_iter().collect()),
     ..Format::new(&[".eb"], |job, name, files| Box::pin(write(job, name, files)))
 };
 
@@ -78,7 +72,7 @@ fn parts<'a>(mesh: &'a Mesh, keeps: &[bool; 256]) -> Result<&'a Outline> {
     let outline = fluid(mesh, keeps)?;
     if outline.parts.len() < outline.cells.len() {
         let message = "an embedded boundary is asked for, and the mesh does not know what the fluid has of faces";
-        return Err(Error::new("job-conflict", message, "mesh the surfaces with this output (hexcast mesh)"));
+        return Err(Error::new("job-conflict", message, "mesh with cut_cells.boundary = true, as hexcast mesh does for this output"));
     }
     Ok(outline)
 }
@@ -116,16 +110,10 @@ impl Grids {
     }
 }
 
-/// Meshes of JavaScript have no outline: the wasm has no code for this.
-#[cfg(target_arch = "wasm32")]
-async fn write(job: &Export<'_>, _: &str, _: &mut dyn Files) -> Result<()> {
-    parts(job.mesh, &job.options.selection(job.mesh, false)?).map(|_| ())
-}
-
-#[cfg(not(target_arch = "wasm32"))]
 async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
     let outline = parts(job.mesh, &job.options.selection(job.mesh, false)?)?;
     let boundary = Boundary::new(job.mesh, outline, &job.control.without_pauses())?;
+    job.say(boundary.lacks());
     let grids = Grids::new(&boundary);
     if grids.cut.is_empty() {
         let message = "no surface passes through the box, or no cell is left to the fluid: there is no embedded boundary";

@@ -9,7 +9,6 @@
 //! owner, pointing out. Every list is written by itself: the flags are expanded once for each list and once more for each patch and zone.
 //! Source: OpenFOAM user guide, mesh description. Cost: the memory of [`layers`](crate::export::layers).
 
-#[cfg_attr(target_arch = "wasm32", allow(dead_code))]
 mod cut;
 mod lists;
 
@@ -25,7 +24,6 @@ use crate::export::{
 };
 use hexcast_core::base::error::{Error, Result};
 use hexcast_derived::mesh::Mesh;
-use hexcast_derived::mesh::outline::Outline;
 use lists::{LONGEST_NAME, MAX_LABEL, PARTS, SIDE_NAMES, file_names, head, list, note, put_label, put_patch};
 
 pub(in crate::export) static FORMAT: Format = Format {
@@ -34,7 +32,6 @@ pub(in crate::export) static FORMAT: Format = Format {
     on_disk: "constant/polyMesh beside an empty file of that name; or give DIR/constant/polyMesh",
     has_ascii: true,
     cuts: true,
-    lacks: |_, outline| Ok(lost_by_cuts(outline)),
     check_mesh,
     longest_name: Some(LONGEST_NAME),
     unit: Some(("OpenFOAM", "metres")),
@@ -64,48 +61,13 @@ impl Counts {
     }
 }
 
-/// Refuses cut cells of a mesh that has no outline, or that of another flag.
-fn check_mesh(mesh: &Mesh, options: &ExportOptions, keeps: &[bool; 256]) -> Result<()> {
-    if options.cut { fluid(mesh, keeps).map(|_| ()) } else { Ok(()) }
-}
-
-/// Cut cells whose volume is nearer to that of the fluid, as a part of it, are as they should be.
-const MOST_LOST: f64 = 1e-3;
-
-/// What cut cells do not have as it is.
-fn lost_by_cuts(outline: &Outline) -> Vec<String> {
-    let (of, n, volume) = (outline.cells.len(), outline.n_thin(), outline.volume);
-    let thin = (n > 0).then(|| {
-        format!(
-            "in {n} of {of} cut cells an edge is crossed several times, by what is thinner than the cell: there the surface is simpler than it is; use smaller cells to have it"
-        )
-    });
-    let left_out = outline.n_left_out();
-    let made = outline.made();
-    let lost = made.filter(|made| (made.volume - volume).abs() > MOST_LOST * volume).map(|made| {
-        let off = made.volume - volume;
-        let (percent, than) = (100.0 * off.abs() / volume, if off < 0.0 { "less" } else { "more" });
-        let besides = match left_out {
-            0 => String::new(),
-            n => format!(" ({n} cells that have fluid and no corner in it are left out)"),
-        };
-        format!(
-            "the cells have {percent:.2} % {than} volume than the fluid, {volume:.6e}, as cut cells are flat between their edges{besides}; use smaller cells to come nearer"
-        )
-    });
-    let wrong = made.filter(|made| made.n_wrong > 0).map(|made| {
-        format!(
-            "{} cells are of a shape that checkMesh may call wrong, where parts of the surface or gaps are narrower than some cells; run it, and use smaller cells there",
-            made.n_wrong
-        )
-    });
-    [thin, lost, wrong].into_iter().flatten().collect()
+/// Refuses cut cells of a mesh that has the outline of another flag.
+fn check_mesh(mesh: &Mesh, _: &ExportOptions, keeps: &[bool; 256]) -> Result<()> {
+    mesh.outline().map_or(Ok(()), |_| fluid(mesh, keeps).map(|_| ()))
 }
 
 async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
-    // no option of JavaScript asks for it: the wasm has no code for it
-    #[cfg(not(target_arch = "wasm32"))]
-    if job.options.cut {
+    if job.mesh.outline().is_some() {
         return cut::write(job, name, files).await;
     }
     let keeps = job.options.selection(job.mesh, false)?;

@@ -8,7 +8,7 @@ use hexcast_core::testing::assert_schema_is_committed;
 
 const FACTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/formats.json");
 /// What the package calls the files of what a job asks for besides the cells.
-const MEASURED: [&str; 16] = [
+const MEASURED: [&str; 17] = [
     "links.npz",
     "links.h5",
     "links",
@@ -18,6 +18,7 @@ const MEASURED: [&str; 16] = [
     "distance.vti",
     "distance.vtr",
     "distance.npy",
+    "distance.h5",
     "distance.zarr",
     "tensors.npz",
     "fractions.npz",
@@ -93,8 +94,7 @@ fn the_facts_of_formats_are_those_of_the_writers() {
     for name in MEASURED {
         facts.insert(name.into(), of_cells("measured", name));
     }
-    // the package makes no outlines of surfaces, which embedded boundaries need
-    for exporter in Exporter::ALL.into_iter().filter(|exporter| !exporter.is_boundary()) {
+    for exporter in Exporter::ALL {
         let (ending, _) = Exporter::ENDINGS.into_iter().find(|(_, other)| *other == exporter).unwrap();
         facts.insert(ending.trim_start_matches('.').into(), of_exporter(exporter, ending));
     }

@@ -40,7 +40,7 @@ pub struct RunJob {
     /// File for edges and faces outside metal, `.npz`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub conformal_output: Option<String>,
-    /// File for signed distances, `.npz`, `.npy`, `.vti` or `.vtr`; at the centres of cells also `.zarr` or `.zarr.zip`.
+    /// File for signed distances, `.npz`, `.npy`, `.h5`, `.vti` or `.vtr`; at the centres of cells also `.zarr` or `.zarr.zip`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub distance_output: Option<String>,
     /// File for smoothed permittivity, `.npz`.
@@ -76,9 +76,6 @@ pub struct RunJob {
     /// Solids whose patches a fluid flows through.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub open_patches: Option<Vec<String>>,
-    /// Cuts the cells of one flag at its surface, for OpenFOAM.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
-    pub cut: bool,
     /// Exports text in place of binary numbers.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub ascii: bool,

@@ -1,4 +1,4 @@
-//! What a job asks for beside the cells: links from cells to surfaces, fractions of flags in cells, edges and faces outside metal, smoothed permittivity, and distances to surfaces.
+//! What a job asks for beside the cells: links from cells to surfaces, fractions of flags in cells, edges and faces outside metal, smoothed permittivity, distances to surfaces, and cells cut at a surface.
 
 use std::str::FromStr;
 
@@ -147,6 +147,19 @@ impl Default for ConformalJob {
     fn default() -> ConformalJob {
         ConformalJob { metal: Vec::new(), stable: DEFAULT_STABLE }
     }
+}
+
+/// Asks for the cells of one flag to be cut at its surface, for files of polyhedra and embedded boundaries. Only closed bodies have such cells, and only whole boxes are cut.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(any(test, feature = "testing"), derive(schemars::JsonSchema))]
+#[serde(default, deny_unknown_fields)]
+#[non_exhaustive]
+pub struct CutCellsJob {
+    /// The flag, 0 for what is around all geometries; by default that of the geometries, which then have one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fluid: Option<u8>,
+    /// Also measures what the flag has of faces and edges, for embedded boundaries (`.eb`).
+    pub boundary: bool,
 }
 
 /// Where distances are asked for.

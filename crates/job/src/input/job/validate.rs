@@ -129,6 +129,14 @@ impl Job {
                 return Err(Error::new("job-conflict", message, hint));
             }
         }
+        if self.cut_cells.is_some() && (self.window.is_some() || self.part.is_some() || self.close_gaps.is_some()) {
+            let message = "cut_cells is given with a window, a part or close_gaps: cells are cut of a whole box, whose gaps stay open";
+            return Err(Error::new(
+                "job-conflict",
+                message,
+                "leave out window, part and close_gaps, or cut_cells (--cut, .eb)",
+            ));
+        }
         let stable = self.conformal.as_ref().map_or(0.0, |conformal| conformal.stable);
         if !(0.0..=1.0).contains(&stable) {
             let hint = "0 to 1: the least area of a face, as a part of the fraction of its longest edge";

@@ -13,6 +13,7 @@ use crate::export::{
 };
 use hexcast_core::base::error::Result;
 use hexcast_derived::cut_cells::polyhedra::{Behind, Face, Polyhedra};
+use hexcast_derived::mesh::outline::Outline;
 
 pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
     let keeps = job.options.selection(job.mesh, false)?;
@@ -25,7 +26,7 @@ pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -
     job.for_each_slab(1, &mut push).await?;
     let cells = Polyhedra::new(job.mesh.lines(), outline, &is_whole)?;
     drop(is_whole);
-    outline.tell(cells.volumes().iter().map(|(volume, _)| volume).sum(), cells.counts.wrong);
+    job.say(lost_by_cuts(outline, &cells));
     let file_names = file_names(name);
     let case = Case::new(job, &cells);
     for (part, name) in PARTS.into_iter().zip(&file_names) {
@@ -42,6 +43,38 @@ pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -
         out.finish()?;
     }
     file_names.get(6).map_or(Ok(()), |name| Out::create(files, name)?.finish())
+}
+
+/// Cut cells whose volume is nearer to that of the fluid, as a part of it, are as they should be.
+const MOST_LOST: f64 = 1e-3;
+
+/// What cut cells do not have as it is.
+fn lost_by_cuts(outline: &Outline, cells: &Polyhedra) -> impl Iterator<Item = String> {
+    let (of, n, volume) = (outline.cells.len(), outline.n_thin(), outline.volume);
+    let thin = (n > 0).then(|| {
+        format!(
+            "in {n} of {of} cut cells an edge is crossed several times, by what is thinner than the cell: there the surface is simpler than it is; use smaller cells to have it"
+        )
+    });
+    let left_out = outline.n_left_out();
+    let off = cells.volumes().iter().map(|(volume, _)| volume).sum::<f64>() - volume;
+    let lost = (off.abs() > MOST_LOST * volume).then(|| {
+        let (percent, than) = (100.0 * off.abs() / volume, if off < 0.0 { "less" } else { "more" });
+        let besides = match left_out {
+            0 => String::new(),
+            n => format!(" ({n} cells that have fluid and no corner in it are left out)"),
+        };
+        format!(
+            "the cells have {percent:.2} % {than} volume than the fluid, {volume:.6e}, as cut cells are flat between their edges{besides}; use smaller cells to come nearer"
+        )
+    });
+    let n_wrong = cells.counts.wrong;
+    let wrong = (n_wrong > 0).then(|| {
+        format!(
+            "{n_wrong} cells are of a shape that checkMesh may call wrong, where parts of the surface or gaps are narrower than some cells; run it, and use smaller cells there"
+        )
+    });
+    [thin, lost, wrong].into_iter().flatten()
 }
 
 struct Case<'a> {
