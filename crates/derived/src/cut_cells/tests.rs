@@ -255,7 +255,7 @@ fn volumes_alone_are_those_beside_all_else() {
                 exact.map(|of| ((of.cell, of.flag), of.fraction)).collect()
             };
             let [found, known] = [&found, &known].map(of);
-            assert!(found.len() > 100, "{}", model.name);
+            assert!(!found.is_empty(), "{}", model.name);
             for key in found.keys().chain(known.keys()) {
                 let [one, other] = [&found, &known].map(|of| of.get(key).copied().unwrap_or(0.0));
                 assert!((one - other).abs() < 1e-14, "{}, {key:?}: {one}, not {other}", model.name);
