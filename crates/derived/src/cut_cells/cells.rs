@@ -66,6 +66,13 @@ impl<'a> State<'a> {
         self.winner(&but).max(inside.map(|(rank, _)| *rank).max())
     }
 
+    /// The highest rank that is inside, of all but one.
+    pub(super) fn winner_without(&self, rank: u8) -> Option<u8> {
+        let mut but = [0; 4];
+        but[usize::from(rank / 64)] = 1u64 << (rank % 64);
+        self.winner(&but)
+    }
+
     /// The highest rank that is inside, of all but some.
     pub(super) fn winner(&self, but: &[u64; 4]) -> Option<u8> {
         let word = (0..4).rev().find(|&word| self.held[word] & !but[word] != 0)?;
@@ -147,6 +154,17 @@ pub(super) struct Shares {
     ranges: Vec<Range<usize>>,
 }
 
+impl Shares {
+    /// Has the parts of a cell that some flags have, and nothing else.
+    pub(super) fn set(&mut self, parts: [(u8, i64); 2]) {
+        self.is_sampled = false;
+        self.flags.begin(Asked { faces: false, edges: false, centroids: false });
+        for (flag, part) in parts {
+            self.flags.add_cell(flag, [part, 0, 0, 0]);
+        }
+    }
+}
+
 /// What all cells are measured by.
 #[derive(Clone, Copy)]
 pub(super) struct Scene<'a> {
@@ -164,7 +182,7 @@ struct Found<'a> {
 }
 
 impl Scene<'_> {
-    fn flag(&self, rank: Option<u8>) -> u8 {
+    pub(super) fn flag(&self, rank: Option<u8>) -> u8 {
         rank.map_or(0, |rank| self.flag_of_rank[usize::from(rank)])
     }
 

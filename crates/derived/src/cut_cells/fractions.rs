@@ -51,6 +51,7 @@ pub async fn exact_fractions(
 /// What was found in some planes, as numbers of 32 bits: without cells in which, and on whose faces and edges, one flag has all.
 fn rounded(of: CutPart) -> Part {
     let mut part = Part::default();
+    part.fractions.reserve(of.flags.len());
     let mut first = 0;
     for of_cell in of.flags.chunk_by(|one, other| one.cell == other.cell) {
         let all = first..first + of_cell.len();

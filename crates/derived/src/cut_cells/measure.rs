@@ -5,6 +5,7 @@ use super::cut_cell::{CellSurface, CutCells, CutCellsJob, CutFlag, CutPart};
 use super::edges::{Insides, crossings};
 use super::integrals::{WHOLE, below_polygon, fixed, number};
 use super::pieces::{Grid, Piece, Pieces};
+use super::sheets::{find_sheets, measure_sheet};
 use crate::fractions::{Totals, Volumes};
 use hexcast_core::base::control::Control;
 use hexcast_core::base::error::{Error, Result};
@@ -190,7 +191,13 @@ impl Measure<'_> {
         let [nx, ny] = [0, 1].map(|axis| end[axis] - first[axis]);
         let planes = part * PLANES..((part + 1) * PLANES).min(self.grid.n_planes());
         let facets = self.firsts[part as usize] as usize..self.firsts[part as usize + 1] as usize;
-        pieces.find(&self.grid, &self.facets[facets], planes.clone());
+        let facets = &self.facets[facets];
+        let are_sheets = self.job == CutCellsJob::default() && self.is_oriented.iter().all(|of| *of);
+        if are_sheets {
+            find_sheets(pieces, &self.grid, facets, planes.clone());
+        } else {
+            pieces.find(&self.grid, facets, planes.clone());
+        }
         let insides = Insides { rule, kinds };
         let flag_of_rank = &frame.ranks.flag_of_rank;
         let scene = Scene { insides, flag_of_rank, is_oriented: &self.is_oriented, asked: self.job.asked() };
@@ -198,6 +205,8 @@ impl Measure<'_> {
         let volumes = Volumes::new(&self.ruler);
         let areas = if self.job.surfaces { vec![Total::default(); frame.ranks.geometry_at.len()] } else { Vec::new() };
         let mut found = Found { part: CutPart::default(), volumes, areas, n_sampled: 0 };
+        // two flags in most cells
+        found.part.flags.reserve(2 * pieces.n_cells());
         for row in 0..planes.len() as u32 * ny {
             let [y, z] = [first[1] + row % ny, first[2] + planes.start + row / ny];
             let of_row = pieces.of_row(row as usize);
@@ -210,13 +219,21 @@ impl Measure<'_> {
                     }
                     next = x + 1;
                     let cell = [first[0] + x, y, z];
-                    scene.measure(pieces, of_cell, &state, shares);
+                    if !are_sheets || !measure_sheet(&scene, (frame, pieces), of_cell, &state, shares) {
+                        scene.measure(pieces, of_cell, &state, shares);
+                    }
                     self.add(cell, shares, &mut found);
                     if self.job.surfaces {
                         self.add_surfaces(cell, pieces, of_cell, &mut found);
                     }
                 }
                 for piece in of_cell {
+                    if are_sheets {
+                        if piece.rise.corners[1] != 0 {
+                            state.pass(piece.rank(), -piece.rise.corners[1]);
+                        }
+                        continue;
+                    }
                     crossings(pieces, piece, |crossing| {
                         if crossing.edge == 0 {
                             state.pass(piece.rank(), crossing.sign);

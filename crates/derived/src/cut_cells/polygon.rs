@@ -18,8 +18,10 @@ pub(super) const MOST: usize = 9;
 
 /// A facet, its least corner first, and twice its area vector.
 pub(super) struct Whole {
-    corners: [[i64; 3]; 3],
-    normal: [i64; 3],
+    pub(super) corners: [[i64; 3]; 3],
+    /// Where that is in the facet.
+    pub(super) first: usize,
+    pub(super) normal: [i64; 3],
     /// 1 by the size of each component of that.
     per_normal: [f64; 3],
 }
@@ -36,7 +38,7 @@ impl Whole {
             u[i] * v[j] - u[j] * v[i]
         });
         let per_normal = normal.map(|component| 1.0 / component.abs() as f64);
-        (normal != [0; 3]).then_some(Whole { corners, normal, per_normal })
+        (normal != [0; 3]).then_some(Whole { corners, first: least, normal, per_normal })
     }
 
     /// Signs of its normal.
@@ -69,7 +71,7 @@ impl Whole {
 
     /// Coordinate of the point where the facet meets the line of two planes.
     #[inline(always)]
-    fn on_line(&self, planes: [(usize, i64); 2], of: usize) -> (i32, f64) {
+    pub(super) fn on_line(&self, planes: [(usize, i64); 2], of: usize) -> (i32, f64) {
         let sign = self.normal[of].signum();
         let by = self.normal[of] * sign;
         let slopes = planes.map(|(axis, _)| -self.normal[axis] * sign);

@@ -235,6 +235,64 @@ fn windows_have_what_the_whole_has() {
     }
 }
 
+/// Lines among which facets cross many cells from side to side.
+fn fine() -> Lines {
+    Lines::new([-5.0; 3], [0.25; 3], [40; 3]).unwrap()
+}
+
+#[test]
+fn volumes_alone_are_those_beside_all_else() {
+    for model in all_models() {
+        for lines in [equal(), graded(), fine()] {
+            let known = model.measured(&lines);
+            let found = measured_alone(&model.frame(&lines), &lines, CellWindow::all(lines.dims()));
+            assert_eq!(found.n_cells, known.n_cells, "{}", model.name);
+            // slivers at a corner of several facets: a cell or two of thousands, which edges of facets may say are one sheet
+            assert!(found.n_sampled <= known.n_sampled && known.n_sampled <= 2, "{}", model.name);
+            let sampled: Vec<u64> = known.flags().filter(|of| of.is_sampled).map(|of| of.cell).collect();
+            let of = |found: &CutCells| -> HashMap<(u64, u8), f64> {
+                let exact = found.flags().filter(|of| !sampled.contains(&of.cell));
+                exact.map(|of| ((of.cell, of.flag), of.fraction)).collect()
+            };
+            let [found, known] = [&found, &known].map(of);
+            assert!(!found.is_empty(), "{}", model.name);
+            for key in found.keys().chain(known.keys()) {
+                let [one, other] = [&found, &known].map(|of| of.get(key).copied().unwrap_or(0.0));
+                assert!((one - other).abs() < 1e-14, "{}, {key:?}: {one}, not {other}", model.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn volumes_alone_are_the_same_in_any_order_and_window() {
+    let (lines, all) = (fine(), CellWindow::all(fine().dims()));
+    for model in all_models() {
+        let known = measured_alone(&model.frame(&lines), &lines, all);
+        let surfaces = model.surfaces.iter().map(|(flag, facets)| {
+            let (half, rest) = facets.split_at(facets.len() / 2);
+            (*flag, rest.iter().rev().chain(half).map(|&[a, b, c]| [b, c, a]).collect())
+        });
+        let other = Model { name: model.name, surfaces: surfaces.collect() }.frame(&lines);
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
+        assert!(pool.install(|| measured_alone(&other, &lines, all)) == known, "{}", model.name);
+        let window = CellWindow { first: [13, 9, 17], end: [29, 37, 30], halo: 0 };
+        let place = |cell: u64| place(cell, &lines);
+        let is_within =
+            |of: &&CutFlag| (0..3).all(|axis| (window.first[axis]..window.end[axis]).contains(&place(of.cell)[axis]));
+        let of_whole: Vec<([u32; 3], u8, u64)> =
+            known.flags().filter(is_within).map(|of| (place(of.cell), of.flag, of.fraction.to_bits())).collect();
+        let found = measured_alone(&other, &lines, window);
+        let at = |cell: u64| {
+            let at = window.cell(cell);
+            [0, 1, 2].map(|axis| at[axis] + window.first[axis])
+        };
+        let of_window: Vec<([u32; 3], u8, u64)> =
+            found.flags().map(|of| (at(of.cell), of.flag, of.fraction.to_bits())).collect();
+        assert!(of_window == of_whole && !of_whole.is_empty(), "{}", model.name);
+    }
+}
+
 #[test]
 fn axes_may_be_swapped() {
     let lines = graded();

@@ -46,9 +46,16 @@ pub(super) struct Two {
 }
 
 impl Two {
+    /// The values of a rank, of which the lower is given, counted from the number at corner 0; that is given, too.
+    #[inline(always)]
+    pub(super) fn new((rank, first): (u8, i32), low: i32, insides: &Insides) -> Two {
+        let number = first + low;
+        Two { low, are_inside: [number, number + 1].map(|number| insides.holds(rank, number)) }
+    }
+
     /// What of an integral is inside, given what the whole has of the same.
     #[inline(always)]
-    fn inside(&self, sum: i64, whole: i64) -> i64 {
+    pub(super) fn inside(&self, sum: i64, whole: i64) -> i64 {
         let of_upper = sum.wrapping_sub(whole.wrapping_mul(self.low.into()));
         match self.are_inside {
             [false, false] => 0,
@@ -130,8 +137,7 @@ impl Winding {
         if !is_within(high) || edges.iter().any(|&edge| self.n_of_edge[edge] > 1 && !self.stays(edge, is_within)) {
             return None;
         }
-        let number = self.corners[0] + low;
-        Some(Two { low, are_inside: [number, number + 1].map(|number| insides.holds(self.rank, number)) })
+        Some(Two::new((self.rank, self.corners[0]), low, insides))
     }
 
     /// Whether all numbers along an edge are some of these.
@@ -293,16 +299,21 @@ fn are_one_sheet(pieces: &Pieces, of_rank: &[Piece]) -> bool {
             }
         }
     }
-    let (mut reached, mut last) = (1u32, 0);
-    while reached != last {
-        last = reached;
-        reached |= (0..n).filter(|at| last >> at & 1 == 1).fold(0, |all, at| all | beside[at]);
-    }
-    let hangs_together = reached.count_ones() as usize == n;
     let are_apart = |(one, other): (usize, usize)| {
         beside[one] >> other & 1 == 1 || is_divided(pieces, [&of_rank[one], &of_rank[other]])
     };
-    hangs_together && (n == 2 || (0..n).flat_map(|one| (0..one).map(move |other| (one, other))).all(are_apart))
+    hang_together(&beside[..n])
+        && (n == 2 || (0..n).flat_map(|one| (0..one).map(move |other| (one, other))).all(are_apart))
+}
+
+/// Whether all pieces can be reached from the first, given which are beside each.
+pub(super) fn hang_together(beside: &[u32]) -> bool {
+    let (mut reached, mut last) = (1u32, 0);
+    while reached != last {
+        last = reached;
+        reached |= (0..beside.len()).filter(|at| last >> at & 1 == 1).fold(0, |all, at| all | beside[at]);
+    }
+    reached.count_ones() as usize == beside.len()
 }
 
 /// The sides of a piece that lie within the cell, not on its faces.
@@ -313,7 +324,7 @@ fn sides_within<'a>(pieces: &'a Pieces, piece: &Piece) -> impl Iterator<Item = [
 }
 
 /// Whether one of two pieces is on one side of the plane of the other, and not in it.
-fn is_divided(pieces: &Pieces, [one, other]: [&Piece; 2]) -> bool {
+pub(super) fn is_divided(pieces: &Pieces, [one, other]: [&Piece; 2]) -> bool {
     [(one, other), (other, one)].iter().any(|(plane, piece)| {
         let (vector, base) = (below_polygon(pieces.corners(plane)).1, pieces.corners(plane)[0]);
         let limit = FLAT * vector.iter().map(|component| component.abs()).sum::<f64>();

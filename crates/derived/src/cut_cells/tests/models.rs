@@ -130,16 +130,27 @@ pub(super) fn measured(frame: &Frame, lines: &Lines, window: CellWindow, rule: R
     measured_as(frame, lines, window, (rule, &kinds))
 }
 
-pub(super) fn measured_as(
+pub(super) fn measured_as(frame: &Frame, lines: &Lines, window: CellWindow, by: (Rule, &[Kind])) -> CutCells {
+    measured_of(frame, lines, window, by, ALL)
+}
+
+/// Volumes alone.
+pub(super) fn measured_alone(frame: &Frame, lines: &Lines, window: CellWindow) -> CutCells {
+    let kinds = vec![Kind::Cast; frame.ranks.flag_of_rank.len()];
+    measured_of(frame, lines, window, (Rule::Nonzero, &kinds), CutCellsJob::default())
+}
+
+fn measured_of(
     frame: &Frame,
     lines: &Lines,
     window: CellWindow,
     (rule, kinds): (Rule, &[Kind]),
+    job: CutCellsJob,
 ) -> CutCells {
     let positions = 0..frame.ranks.geometry_at.len();
     let is_oriented: Vec<bool> = positions.map(|position| Closed::of(frame.facets_at(position)).nonzero).collect();
     let by = CutBy { frame, lines, rule, kinds, is_oriented: &is_oriented };
-    at_once(cut_cells(by, window, ALL, u64::MAX, &Control::default())).unwrap()
+    at_once(cut_cells(by, window, job, u64::MAX, &Control::default())).unwrap()
 }
 
 pub(super) fn equal() -> Lines {

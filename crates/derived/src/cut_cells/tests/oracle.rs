@@ -10,6 +10,7 @@ use super::models::*;
 use super::{by_cell, place, rows};
 use hexcast_core::grid::frame::Frame;
 use hexcast_core::grid::lines::Lines;
+use hexcast_core::grid::window::CellWindow;
 
 /// A number as a fraction, in lowest terms, its denominator positive.
 #[derive(Clone, Debug, PartialEq)]
@@ -248,5 +249,35 @@ fn thin_and_touching_bodies_have_what_exact_fractions_say() {
     let within = Model { name: "within", surfaces: within };
     for model in [thin, back_to_back, slabs, within] {
         assert!(compare(&model, &small(), 1e-12) > 4, "{}", model.name);
+    }
+}
+
+#[test]
+fn volumes_alone_have_what_exact_fractions_say() {
+    // few digits, so that fractions stay short; the second has a side that is nearly flat, the third one that is nearly so along one axis
+    let lines = Lines::new([0.0; 3], [0.5; 3], [6; 3]).unwrap();
+    let (a, d) = ([0.21875f32, 0.34375, 0.40625], [1.15625, 1.15625, 2.875]);
+    for [b, c] in [
+        [[2.71875f32, 0.40625, 1.28125], [0.59375, 2.78125, 0.90625]],
+        [[2.71875, 0.40625, 0.40625 + 1.0 / 65536.0], [0.59375, 2.78125, 0.40625 + 1.0 / 131072.0]],
+        [[2.71875, 0.40625, 1.28125], [0.59375, 2.78125, 0.53125 + 1.0 / 65536.0]],
+    ] {
+        let model = Model::of_one("tetrahedron", tetrahedron([a, b, c, d]));
+        let frame = model.frame(&lines);
+        let found = measured_alone(&frame, &lines, CellWindow::all(lines.dims()));
+        let bodies = bodies(&frame);
+        let own: HashMap<(u64, u8), f64> = found.flags().map(|of| ((of.cell, of.flag), of.fraction)).collect();
+        let mut cells: Vec<u64> = own.keys().map(|(cell, _)| *cell).collect();
+        cells.sort_unstable();
+        cells.dedup();
+        assert!(cells.len() > 50, "{} cells", cells.len());
+        for cell in cells {
+            let at = place(cell, &lines);
+            let [low, high] = [0, 1].map(|end| [0, 1, 2].map(|axis| frame.face(axis, at[axis] + end)));
+            for (flag, share) in shares(&bodies, low, high) {
+                let off = own.get(&(cell, flag)).copied().unwrap_or(0.0) - share;
+                assert!(off.abs() < 1e-14, "cell {at:?}, flag {flag}: {share}, off by {off}");
+            }
+        }
     }
 }
