@@ -58,7 +58,9 @@ export async function build() {
     await optimize(wasm, ...features, '--strip-debug', '--strip-producers');
   }
   // a process of its own: Vite sets NODE_ENV to "production" for all that follows it, and npm then installs no tools
-  await run(process.execPath, [path.join(ROOT, 'node_modules/vite/bin/vite.js'), 'build', '--logLevel', 'warn']);
+  const vite = [path.join(ROOT, 'node_modules/vite/bin/vite.js'), 'build', '--logLevel', 'warn'];
+  await run(process.execPath, vite);
+  await run(process.execPath, [...vite, '--config', path.join(ROOT, 'vite.viewer.mjs')]);
   return `${checkSizes(one, LIMITS)}; ${checkSizes(many, THREADS_LIMITS)}`;
 }
 

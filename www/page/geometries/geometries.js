@@ -6,6 +6,7 @@ import { count, measure, readNumbers, times, writeNumbers } from '../text/format
 import { materialField, startBackground } from '../settings/material.js';
 import { sentence } from '../elements/messages.js';
 import { endText, placedBox } from '../text/places.js';
+import { editedWith, showSelected, startSelected } from './selected.js';
 import { handle, moveByKey, startOrder } from './order.js';
 import { change, colourOf, flagsOf, on, placeKey, state } from '../state/state.js';
 import { splitBox } from './solids.js';
@@ -33,6 +34,7 @@ const opened = new Map();
 export function startGeometries() {
   let drawn = '';
   startOrder();
+  startSelected();
   startBackground();
   on('mesh', showCells);
   on(['geometries', 'settings', 'colours'], (topic) => {
@@ -44,14 +46,20 @@ export function startGeometries() {
     document.body.classList.toggle('has-model', state.geometries.length > 0);
     document.body.classList.toggle('has-many', state.geometries.length > FEW);
     showCells();
+    showSelected();
   });
 }
 
-/** Changes keys of a geometry. @param {number} id @param {Partial<Geometry>} patch */
+/** Changes keys of a geometry, and of all that are selected with it. @param {number} id @param {Partial<Geometry>} patch */
 function edit(id, patch) {
-  change('geometries', {
-    geometries: state.geometries.map((geometry) => (geometry.id === id ? { ...geometry, ...patch } : geometry)),
-  });
+  const ids = editedWith(id, patch);
+  const geometries = state.geometries.map((geometry) => (ids.has(geometry.id) ? { ...geometry, ...patch } : geometry));
+  // somebody may be typing in a field of the one
+  for (const geometry of geometries) {
+    const isOther = geometry.id !== id && ids.has(geometry.id);
+    if (isOther) document.querySelector(`.geometry[data-id="${geometry.id}"]`)?.replaceWith(card(geometry));
+  }
+  change('geometries', { geometries });
 }
 
 /** @param {Geometry} geometry */
@@ -169,9 +177,8 @@ function showCells() {
 
 /** @param {number} id @param {string} colour */
 function recolour(id, colour) {
-  const geometry = state.geometries.find((geometry) => geometry.id === id);
-  if (!geometry) return;
-  state.colours.set(geometry.flag, colour);
+  const ids = editedWith(id, {});
+  for (const geometry of state.geometries) if (ids.has(geometry.id)) state.colours.set(geometry.flag, colour);
   change('colours');
 }
 

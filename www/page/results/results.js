@@ -24,6 +24,9 @@ export function startResults() {
   });
   offerLook('hidden', () => [...state.hidden].join(' '));
   on('colours', () => state.mesh && showLegend());
+  on('legend', () => {
+    for (const box of byId('legend').querySelectorAll('input')) box.checked = !state.hidden.has(Number(box.value));
+  });
   byId('save-report').addEventListener('click', () => {
     save(new Blob([reportText()], { type: 'application/json' }), `${baseName(state.job)}.report.json`);
   });
@@ -70,12 +73,13 @@ function showLegend() {
 function row({ flag, name, cells, volume, mesh_volume: meshVolume }, unit) {
   const box = make('input', {
     type: 'checkbox',
+    value: flag,
     checked: !state.hidden.has(flag),
     'aria-label': `Show flag ${flag}, ${name}`,
     on: {
       change: ({ target }) => {
-        target.checked ? state.hidden.delete(flag) : state.hidden.add(flag);
-        change('legend');
+        const others = [...state.hidden].filter((one) => one !== flag);
+        change('legend', { hidden: new Set(target.checked ? others : [...others, flag]) });
       },
     },
   });

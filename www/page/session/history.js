@@ -1,11 +1,11 @@
-/** Undo and redo of every edit: of files, of their settings and colours, and of the fields. */
+/** Undo and redo of every edit: of files, of their settings, colours and what is hidden, and of the fields. */
 import { buttonOf, byId, debounce } from '../elements/dom.js';
 import { restoreGeometries } from '../geometries/files.js';
 import { endUpdate } from '../run/run.js';
 import { change, on, state } from '../state/state.js';
 
 /**
- * @typedef {Pick<import('../state/state.js').State, 'geometries' | 'settings' | 'colours'>} Snapshot
+ * @typedef {Pick<import('../state/state.js').State, 'geometries' | 'settings' | 'colours' | 'hidden'>} Snapshot
  */
 
 /** Edits that can be undone. */
@@ -23,8 +23,12 @@ let isRestoring = false;
 /** Connects buttons and keys. */
 export function startHistory() {
   present = snapshot();
-  on(['geometries', 'settings', 'colours'], debounce(record, PAUSE));
+  on(['geometries', 'settings', 'colours', 'legend'], debounce(record, PAUSE));
   on(['phase', 'geometries'], showButtons);
+  // a mesh of other flags shows all of them: no edit
+  on('mesh', () => {
+    present = { ...present, hidden: new Set(state.hidden) };
+  });
   byId('undo').addEventListener('click', () => go(past, future, 'Undone.'));
   byId('redo').addEventListener('click', () => go(future, past, 'Done again.'));
   document.addEventListener('keydown', (event) => {
@@ -46,13 +50,18 @@ function isText(target) {
 
 /** @returns {Snapshot} */
 function snapshot() {
-  return { geometries: state.geometries, settings: state.settings, colours: new Map(state.colours) };
+  return {
+    geometries: state.geometries,
+    settings: state.settings,
+    colours: new Map(state.colours),
+    hidden: new Set(state.hidden),
+  };
 }
 
 /** What of a snapshot can be edited. @param {Snapshot} of */
-function keyOf({ geometries, settings, colours }) {
+function keyOf({ geometries, settings, colours, hidden }) {
   const edited = geometries.map(({ source: _, surface: _surface, info: _info, corners: _corners, ...rest }) => rest);
-  return JSON.stringify([edited, settings, [...colours]]);
+  return JSON.stringify([edited, settings, [...colours], [...hidden].sort()]);
 }
 
 function record() {
@@ -78,6 +87,7 @@ async function go(from, to, said) {
     await restoreGeometries(next.geometries);
     change('colours', { colours: new Map(next.colours) });
     change('settings', { settings: next.settings });
+    change('legend', { hidden: new Set(next.hidden) });
     present = snapshot();
     byId('status').textContent = said;
   } finally {
