@@ -14,7 +14,7 @@ use hexcast::mesh::Mesh;
 use hexcast::report::ColumnsReport;
 use hexcast::write::zarr::{Place, Stored};
 use hexcast::write::{self, Compress, Format, Options};
-use hexcast::{Error, Result};
+use hexcast::Error;
 use numpy::{PyArray1, PyReadwriteArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;

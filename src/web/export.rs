@@ -15,6 +15,8 @@ use hexcast_files::write::archive::{Archive, Buffer};
 
 /// Flags of a slab, or those of a plane where that has more: a cell becomes up to some hundred bytes.
 const SLAB_BYTES: usize = 1 << 18;
+/// Most bytes of cut cells while they are made.
+const MAX_HELD: u64 = 3 << 29;
 /// Most cells of a plane that is held whole: what becomes of one must fit the memory of wasm.
 const MAX_PLANE: u64 = 1 << 22;
 
@@ -36,6 +38,12 @@ pub(super) fn export_work(mesh: Rc<Mesh>, exporter: Exporter, options: ExportOpt
     let options = options.with_slab_bytes(SLAB_BYTES);
     exporter.check(&mesh, &options)?;
     check_plane(&mesh, exporter)?;
+    let held = exporter.held_bytes(&mesh);
+    if held > MAX_HELD {
+        let message =
+            format!("cut cells would take up to {held} bytes while they are made, and {MAX_HELD} are held here");
+        return Err(Error::new("memory", message, "use larger cells, or mesh natively: hexcast mesh"));
+    }
     let name = Exporter::ENDINGS
         .iter()
         .find(|(_, of)| *of == exporter)

@@ -208,6 +208,8 @@ def test_cut_cells_that_cannot_be_made_are_refused(tmp_path) -> None:
     assert "cut cells are those of one fluid, and geometries have the flags 1, 2" in failed("ball.stl:flag=1", "ball.stl:flag=2", *common)
     assert "and no geometry has it" in failed("ball.stl", *common, "--export-flags", "9")
     assert "2 flags are to be exported, and cells are cut at the surface of one" in failed("ball.stl", *common, "--export-flags", "0,1")
+    small = ["--cells", "128", *common[2:], "--max-memory", "100MB"]
+    assert "cut cells take up to" in failed("ball.stl", *small)
     assert "no output can have cut cells" in failed("ball.stl", *common[:-1], "a.msh")
     hexcast("mesh", "ball.stl", *common[:6], "-o", "m.hxc", cwd=tmp_path)
     assert "column files do not hold where surfaces" in hexcast("convert", "m.hxc", "case/a.foam", "--cut", cwd=tmp_path, ok=False)

@@ -109,6 +109,12 @@ impl Exporter {
         self.format().held_planes
     }
 
+    /// About the most bytes that it holds of a mesh besides planes or slabs: cut cells as polyhedra.
+    #[doc(hidden)]
+    pub fn held_bytes(self, mesh: &Mesh) -> u64 {
+        (self.format().held_bytes)(mesh)
+    }
+
     /// Whether files name faces at the boundary of exported cells, as [`ExportOptions::patches`] says.
     pub fn has_patches(self) -> bool {
         self.format().longest_name.is_some()

@@ -10,7 +10,7 @@ use hexcast::mesh::{Mesh, Named};
 use hexcast::pipeline::Prepared;
 use hexcast::walls;
 use hexcast::{Error, Result};
-use indicatif::ProgressBar;
+use indicatif::{BinaryBytes, ProgressBar};
 
 use crate::files::{
     disk::Planned,
@@ -27,6 +27,8 @@ pub(crate) struct ExportOutput {
     path: PathBuf,
     exporter: Exporter,
     options: ExportOptions,
+    /// Most bytes that the program takes.
+    max_bytes: u64,
     /// The folder and the last part of what the path leads to: names of files begin there.
     folder: PathBuf,
     name: String,
@@ -37,13 +39,17 @@ pub(crate) struct ExportOutput {
 
 impl ExportOutput {
     /// Opens a temporary folder, and enters all files.
-    pub(crate) fn open(path: &Path, exporter: Exporter, options: ExportOptions) -> Result<ExportOutput> {
+    pub(crate) fn open(
+        path: &Path,
+        exporter: Exporter,
+        (options, max_bytes): (ExportOptions, u64),
+    ) -> Result<ExportOutput> {
         let ExportPlace { folder, name, files, .. } = ExportPlace::of(path, exporter)?;
         let output = |file: String| Ok((file.clone(), ledger::Output::file_of(path, folder.join(file))?));
         let outputs = files.into_iter().map(output).collect::<Result<_>>()?;
         let temporary = temporary::Folder::beside(&folder.join(&name), &folder);
         let temporary = temporary.map_err(|error| refused(path, &folder, &error))?;
-        Ok(ExportOutput { path: path.into(), exporter, options, folder, name, outputs, temporary })
+        Ok(ExportOutput { path: path.into(), exporter, options, max_bytes, folder, name, outputs, temporary })
     }
 
     /// Says of each conductor that the files lack that they do.
@@ -104,6 +110,13 @@ impl Output for ExportOutput {
 
     fn plan(&self, meshed: &Meshed) -> Result<Option<Planned>> {
         self.exporter.check(meshed.mesh, &self.options).map_err(|error| self.at(error))?;
+        let (held, left) = (self.exporter.held_bytes(meshed.mesh), self.max_bytes.saturating_sub(meshed.held_bytes));
+        if held > left {
+            let [held, left] = [held, left].map(BinaryBytes);
+            let message =
+                format!("cut cells take up to {held} while they are made, and {left} of the memory allowed are left");
+            return Err(self.at(Error::new("memory", message, "allow more (--max-memory), or use larger cells")));
+        }
         Ok(exact_size(meshed.mesh, self.exporter, &self.options).map(|n_bytes| self.of_bytes(n_bytes)))
     }
 

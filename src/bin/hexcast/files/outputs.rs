@@ -87,7 +87,11 @@ impl Outputs {
             stores.push(Box::new(ZarrOutput::open(path, options, targets.is_part)?));
         }
         for (path, exporter) in of_exports() {
-            exports.push(Box::new(ExportOutput::open(path, exporter, arguments.export_options(max_bytes))?));
+            exports.push(Box::new(ExportOutput::open(
+                path,
+                exporter,
+                (arguments.export_options(max_bytes), max_bytes),
+            )?));
         }
         let mut will_hash = false;
         for ((path, is_doubt), format) in paths.into_iter().zip(formats) {
