@@ -11,11 +11,11 @@
 //!
 //! *Small bodies*, below [`LEAST`] of their cell, are joined with what is behind their largest face, and so on while the whole is small (`join.rs`): no part of the fluid is lost.
 //!
-//! *Wrong shapes*: where a cell with bends is wrong (`quality.rs`), its surface is flat there.
+//! *Wrong shapes*: where a cell with bends is wrong (`quality.rs`), its surface is flat there. What mends wrong cells is looked for in their surroundings alone.
 //!
 //! *What is thinner than a cell*, where an edge is crossed several times, has no room between corners: such an edge is crossed once or not at all, and a cell without a corner in the fluid has none of it. These cells are counted.
 //!
-//! Cost: O(cells) time; some 150 bytes a cell of the fluid, 13 a cell of the box.
+//! Cost: O(cells) time, once or twice, and for the surroundings of wrong cells up to some hundred times; some 150 bytes a cell of the fluid, 13 a cell of the box.
 
 mod build;
 pub(in crate::cut_cells) mod cell;
@@ -32,12 +32,12 @@ use hexcast_core::base::error::Result;
 use hexcast_core::grid::lines::Lines;
 
 pub use build::SNAP;
-use build::{Build, Flat};
+use build::{Build, Flat, Near};
 pub use closed::{Behind, Counts, Face, Polyhedra};
 pub use join::LEAST;
-use join::Trial;
+use join::{Trial, Ways};
 
-/// Meshes that are made at most to find out which bends make cells wrong.
+/// Times that the surroundings of wrong cells are made at most to find out which bends make cells wrong.
 const ROUNDS: usize = 5;
 
 impl Polyhedra {
@@ -47,24 +47,33 @@ impl Polyhedra {
     /// `export-too-large` where there are more than 2^31 - 1 faces, points or corners; `cut-open` where a cell is not closed, which is an error of hexcast.
     pub fn new(lines: &Lines, outline: &Outline, is_whole: &[bool]) -> Result<Polyhedra> {
         let mut flat = Flat::default();
+        let whole = |flat: &Flat, ways: &Ways| Build::new(lines, outline, is_whole, flat, None)?.made(ways);
+        let first = whole(&flat, &Ways::new())?;
+        let n_wrong = first.cells.len();
+        if n_wrong == 0 {
+            first.found.check_closed()?;
+            return Ok(first.found);
+        }
+        let near = Near::new(&first.cells, lines.dims());
+        drop(first);
         let mut rounds = 0..ROUNDS;
-        loop {
-            let mut build = Build::new(lines, outline, is_whole, &flat)?;
-            let [nx, ny, nz] = build.dims;
-            for z in 0..nz {
-                for y in 0..ny {
-                    (0..nx).for_each(|x| build.add([x, y, z]));
-                    build.check_size()?;
-                }
-            }
-            let Trial { found, cells } = build.joined();
+        let ways = loop {
+            let mut build = Build::new(lines, outline, is_whole, &flat, Some(&near))?;
+            build.add_all()?;
+            let Trial { cells, ways, .. } = build.joined();
             // where bends make cells wrong the surface is flat
             let more = build.bent(cells);
             if more.is_empty() || rounds.next().is_none() {
-                found.check_closed()?;
-                return Ok(found);
+                break ways;
             }
             flat.extend(more);
+        };
+        let mut last = whole(&flat, &ways)?;
+        if last.cells.len() > n_wrong {
+            // what was found near wrong cells made others wrong further off
+            last = whole(&Flat::default(), &Ways::new())?;
         }
+        last.found.check_closed()?;
+        Ok(last.found)
     }
 }

@@ -48,6 +48,38 @@ impl Flat {
     }
 }
 
+/// So many cells around a wrong one change with what mends it, and so many are made to see these whole.
+const CORE: u32 = 2;
+const REACH: u32 = 5;
+
+/// The surroundings of some cells.
+pub(super) struct Near {
+    /// Indices of cells, ascending.
+    cells: Vec<u64>,
+    /// Those of them that are seen whole, with all that they may be joined with.
+    core: HashSet<u64>,
+}
+
+impl Near {
+    pub(super) fn new(of: &[[u32; 3]], dims: [u32; 3]) -> Near {
+        let within = |reach: u32| -> HashSet<u64> {
+            let mut all = HashSet::new();
+            for cell in of {
+                let [x, y, z] =
+                    [0, 1, 2].map(|axis| cell[axis].saturating_sub(reach)..(cell[axis] + reach + 1).min(dims[axis]));
+                for (z, y) in z.flat_map(|z| y.clone().map(move |y| (z, y))) {
+                    let row = u64::from(dims[0]) * (u64::from(y) + u64::from(dims[1]) * u64::from(z));
+                    all.extend(x.clone().map(|x| row + u64::from(x)));
+                }
+            }
+            all
+        };
+        let mut cells: Vec<u64> = within(REACH).into_iter().collect();
+        cells.sort_unstable();
+        Near { cells, core: within(CORE) }
+    }
+}
+
 /// A polyhedron before it is joined with others.
 pub(super) struct Body {
     pub(super) cell: [u32; 3],
@@ -58,8 +90,10 @@ pub(super) struct Build<'a> {
     pub(super) dims: [u32; 3],
     outline: &'a Outline,
     flat: &'a Flat,
+    /// The only cells that are made; None for all.
+    near: Option<&'a Near>,
     /// Of each cell its first body, or none.
-    first: Vec<u32>,
+    pub(super) first: Vec<u32>,
     /// Of each cell its place in the outline, or none.
     pub(super) cut: Vec<u32>,
     pub(super) bodies: Vec<Body>,
@@ -75,7 +109,13 @@ pub(super) struct Build<'a> {
 }
 
 impl<'a> Build<'a> {
-    pub(super) fn new(lines: &Lines, outline: &'a Outline, is_whole: &[bool], flat: &'a Flat) -> Result<Build<'a>> {
+    pub(super) fn new(
+        lines: &Lines,
+        outline: &'a Outline,
+        is_whole: &[bool],
+        flat: &'a Flat,
+        near: Option<&'a Near>,
+    ) -> Result<Build<'a>> {
         let dims = lines.dims();
         let n_cells = lines.n_cells();
         let n_nodes: u64 = dims.iter().map(|&n| u64::from(n) + 1).product();
@@ -90,23 +130,26 @@ impl<'a> Build<'a> {
         let (mut first, mut cut) = (vec![NONE; n_cells as usize], vec![NONE; n_cells as usize]);
         outline.cells.iter().enumerate().for_each(|(index, of)| cut[of.cell as usize] = index as u32);
         let mut all = Vec::new();
-        for (index, (first, &cut)) in first.iter_mut().zip(&cut).enumerate() {
-            let n = match outline.cells.get(cut as usize) {
+        let mut put = |index: usize| {
+            let n = match outline.cells.get(cut[index] as usize) {
                 Some(of) => bodies(of.in_fluid(outline.fluid)).0,
                 None => u8::from(is_whole[index]),
             };
             if n > 0 {
-                *first = all.len() as u32;
+                first[index] = all.len() as u32;
             }
-            let [nx, ny, _] = dims.map(|n| n as usize);
-            let cell = [index % nx, index / nx % ny, index / (nx * ny)].map(|at| at as u32);
-            all.extend((0..n).map(|_| Body { cell }));
+            all.extend((0..n).map(|_| Body { cell: cell_at(index, dims) }));
+        };
+        match near {
+            Some(near) => near.cells.iter().for_each(|&index| put(index as usize)),
+            None => (0..n_cells as usize).for_each(put),
         }
         Ok(Build {
             lines: [0, 1, 2].map(|axis| lines.list(axis)),
             dims,
             outline,
             flat,
+            near,
             first,
             cut,
             bodies: all,
@@ -120,7 +163,30 @@ impl<'a> Build<'a> {
         })
     }
 
-    pub(super) fn check_size(&self) -> Result<()> {
+    /// Adds the faces of all cells.
+    ///
+    /// # Errors
+    /// `export-too-large`.
+    pub(super) fn add_all(&mut self) -> Result<()> {
+        match self.near {
+            Some(near) => near.cells.iter().for_each(|&index| self.add(cell_at(index as usize, self.dims))),
+            None => {
+                let [nx, ny, nz] = self.dims;
+                for z in 0..nz {
+                    (0..ny).for_each(|y| (0..nx).for_each(|x| self.add([x, y, z])));
+                    self.check_size()?;
+                }
+            }
+        }
+        self.check_size()
+    }
+
+    /// Whether the cell of a body is seen whole.
+    pub(super) fn is_core(&self, body: &Body) -> bool {
+        self.near.is_none_or(|near| near.core.contains(&(self.index(body.cell) as u64)))
+    }
+
+    fn check_size(&self) -> Result<()> {
         let greatest = self.corners.len().max(self.points.len());
         if greatest <= i32::MAX as usize {
             return Ok(());
@@ -148,7 +214,7 @@ impl<'a> Build<'a> {
     }
 
     /// Adds the faces of a cell above it, those of the surface, and those at the sides of the box.
-    pub(super) fn add(&mut self, cell: [u32; 3]) {
+    fn add(&mut self, cell: [u32; 3]) {
         let Some(inside) = self.inside(cell) else { return };
         for face in 0..6 {
             let (axis, is_above) = (face / 2, face % 2 == 1);
@@ -363,6 +429,12 @@ impl<'a> Build<'a> {
         });
         self.polygon = polygon;
     }
+}
+
+/// The cell of an index.
+fn cell_at(index: usize, dims: [u32; 3]) -> [u32; 3] {
+    let [nx, ny, _] = dims.map(|n| n as usize);
+    [index % nx, index / nx % ny, index / (nx * ny)].map(|at| at as u32)
 }
 
 /// The corner of a cell that a place is so near to that it lies in it.

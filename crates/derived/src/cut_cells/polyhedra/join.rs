@@ -12,6 +12,7 @@ use std::collections::{HashMap, HashSet};
 use super::build::{Build, NONE};
 use super::closed::{Behind, Counts, Face, Polyhedra};
 use super::{merge, planar, quality};
+use hexcast_core::base::error::Result;
 
 /// A body of less of its cell is joined with another.
 pub const LEAST: f64 = 0.3;
@@ -76,28 +77,67 @@ impl Groups {
     }
 }
 
+/// How often bodies took the next of their ways, by cell and by their place in it.
+pub(super) type Ways = HashMap<(u64, u32), usize>;
+
 /// A mesh, and the cells of the lines with bodies in its wrong cells.
 pub(super) struct Trial {
     pub(super) found: Polyhedra,
     pub(super) cells: Vec<[u32; 3]>,
+    pub(super) ways: Ways,
 }
 
 impl Build<'_> {
-    /// Joins small bodies.
+    /// Makes all cells, and joins small bodies in given ways.
+    ///
+    /// # Errors
+    /// `export-too-large`.
+    pub(super) fn made(mut self, ways: &Ways) -> Result<Trial> {
+        self.add_all()?;
+        let of =
+            |(cell, place): &(u64, u32)| Some(self.first[*cell as usize]).filter(|&at| at != NONE).map(|at| at + place);
+        let ways = ways.iter().filter_map(|(body, n)| of(body).map(|body| (body, *n))).collect();
+        let (found, cell_of) = self.trial(&self.volumes(), &ways);
+        let wrong = self.wrong(&found, &cell_of);
+        Ok(self.judged((found, &cell_of), &wrong, &ways))
+    }
+
+    /// Wrong cells that have bodies which are seen whole.
+    fn wrong(&self, found: &Polyhedra, cell_of: &[u32]) -> Vec<u32> {
+        let mut wrong = quality::wrong(found);
+        let core = self.bodies.iter().zip(cell_of).filter(|(body, _)| self.is_core(body)).map(|(_, cell)| *cell);
+        let core: HashSet<u32> = core.collect();
+        wrong.retain(|cell| core.contains(cell));
+        wrong
+    }
+
+    fn judged(&self, (found, cell_of): (Polyhedra, &[u32]), wrong: &[u32], ways: &HashMap<u32, usize>) -> Trial {
+        let counts = Counts { wrong: wrong.len() as u32, ..found.counts };
+        let is_wrong: HashSet<u32> = wrong.iter().copied().collect();
+        let bodies = self.bodies.iter().zip(cell_of).filter(|(_, cell)| is_wrong.contains(cell));
+        let cells = bodies.map(|(body, _)| body.cell).collect();
+        let key = |body: u32| {
+            let cell = self.index(self.bodies[body as usize].cell);
+            (cell as u64, body - self.first[cell])
+        };
+        Trial {
+            found: Polyhedra { counts, ..found },
+            cells,
+            ways: ways.iter().map(|(body, n)| (key(*body), *n)).collect(),
+        }
+    }
+
+    /// Joins small bodies, in ways that make few cells wrong.
     pub(super) fn joined(&self) -> Trial {
         let volumes = self.volumes();
         let mut ways: HashMap<u32, usize> = HashMap::new();
         let (mut best, mut since): (Option<Trial>, usize) = (None, 0);
         for trial in 0..TRIALS {
             let (found, cell_of) = self.trial(&volumes, &ways);
-            let wrong = quality::wrong(&found);
+            let wrong = self.wrong(&found, &cell_of);
             since += 1;
             if best.as_ref().is_none_or(|best| wrong.len() < best.found.counts.wrong as usize) {
-                let counts = Counts { wrong: wrong.len() as u32, ..found.counts };
-                let is_wrong: HashSet<u32> = wrong.iter().copied().collect();
-                let bodies = self.bodies.iter().zip(&cell_of).filter(|(_, cell)| is_wrong.contains(cell));
-                let cells = bodies.map(|(body, _)| body.cell).collect();
-                (best, since) = (Some(Trial { found: Polyhedra { counts, ..found }, cells }), 0);
+                (best, since) = (Some(self.judged((found, &cell_of), &wrong, &ways)), 0);
             }
             if wrong.is_empty() || since >= PATIENCE {
                 break;
@@ -113,7 +153,10 @@ impl Build<'_> {
                 *ways.entry(bodies[trial % bodies.len()]).or_default() += 1;
             }
         }
-        best.unwrap_or_else(|| Trial { found: self.trial(&volumes, &ways).0, cells: Vec::new() })
+        best.unwrap_or_else(|| {
+            let (found, cell_of) = self.trial(&volumes, &HashMap::new());
+            self.judged((found, &cell_of), &[], &HashMap::new())
+        })
     }
 
     /// Whether a body is that of a cell of the outline.
