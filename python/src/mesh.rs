@@ -4,6 +4,7 @@ use std::fs::File;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
+use hexcast::Error;
 use hexcast::column_file;
 use hexcast::columns::{run_cell, run_flag};
 use hexcast::files::saved::{FileOptions, save};
@@ -14,7 +15,6 @@ use hexcast::mesh::Mesh;
 use hexcast::report::ColumnsReport;
 use hexcast::write::zarr::{Place, Stored};
 use hexcast::write::{self, Compress, Format, Options};
-use hexcast::Error;
 use numpy::{PyArray1, PyReadwriteArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
