@@ -12,13 +12,13 @@ const MOST_BYTES = 60_000;
 const MESH = readFileSync('tests/fixtures/columns.hxc');
 const PAGE = '<!doctype html><title>A plain page</title><script type="module" src="viewer.js"></script>';
 
-/** A page with the element; the file is cut to `n_bytes`. */
-async function open(page, attributes, n_bytes = MESH.length) {
+/** A page with the element. */
+async function open(page, attributes, mesh = MESH) {
   await page.route('http://plain.test/**', (route) => {
     const { pathname } = new URL(route.request().url());
     if (pathname === '/viewer.js')
       return route.fulfill({ contentType: 'text/javascript', body: readFileSync(`${DIST}/viewer.js`) });
-    if (pathname === '/mesh.hxc') return route.fulfill({ body: MESH.subarray(0, n_bytes) });
+    if (pathname === '/mesh.hxc') return route.fulfill({ body: mesh });
     return route.fulfill({
       contentType: 'text/html',
       body: `${PAGE}<hexcast-viewer src="mesh.hxc" ${attributes}></hexcast-viewer>`,
@@ -66,6 +66,18 @@ test('it shows the cells in the colour of their flag, and none that are hidden o
 });
 
 test('a file that is not whole is said', async ({ page }) => {
-  await open(page, '', MESH.length - 200);
+  await open(page, '', MESH.subarray(0, MESH.length - 200));
   await expect(page.getByRole('status')).toHaveText(/^mesh\.hxc: the file ends before its cells do/);
 });
+
+for (const [at, said] of [
+  [60, 'the head of the file is damaged'],
+  [MESH.indexOf('BAND') + 50, 'the file is damaged after byte'],
+]) {
+  test(`a file with another byte at ${at} is damaged`, async ({ page }) => {
+    const mesh = Buffer.from(MESH);
+    mesh[at] ^= 1;
+    await open(page, '', mesh);
+    await expect(page.getByRole('status')).toHaveText(new RegExp(`^mesh\\.hxc: ${said}`));
+  });
+}

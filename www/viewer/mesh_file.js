@@ -20,6 +20,9 @@ export async function readMeshFile(bytes) {
   const version = view.getUint32(8, true);
   if (version > VERSIONS[1])
     throw new Error(`the file has layout ${version}, and this viewer reads up to ${VERSIONS[1]}: update hexcast`);
+  const end = BODY + view.getUint32(12, true);
+  if (end + 4 > bytes.length || crc32(bytes.subarray(0, end)) !== view.getUint32(end, true))
+    throw new Error('the head of the file is damaged: copy it or write it again');
   let at = BODY;
   if (version > 1) at += view.getUint8(at) ? 33 : 1;
   const dims = [0, 4, 8].map((by) => view.getUint32(at + by, true));
@@ -47,11 +50,13 @@ export async function readMeshFile(bytes) {
   /** @type {Uint32Array[]} */
   const parts = [];
   let [ray, n_runs] = [0, 0];
-  for (at = BODY + view.getUint32(12, true) + 4; word(bytes, at, 4) !== END; ) {
+  for (at = end + 4; word(bytes, at, 4) !== END; ) {
     if (at + PIECE > bytes.length)
       throw new Error('the file ends before its cells do: it was not written to its end, or not loaded whole');
-    const [rays, runs, , stored] = [4, 8, 12, 16].map((by) => view.getUint32(at + by, true));
+    const [rays, runs, , stored, sum] = [4, 8, 12, 16, 20].map((by) => view.getUint32(at + by, true));
     const content = bytes.subarray(at + PIECE, at + PIECE + stored);
+    const isRight = crc32(bytes.subarray(at, at + PIECE - 4)) === view.getUint32(at + PIECE - 4, true) && crc32(content) === sum;
+    if (!isRight) throw new Error(`the file is damaged after byte ${at}: copy it or write it again`);
     parts.push(runsOf(compression ? await inflated(content) : content, rays, runs, offsets, ray));
     ray += rays;
     n_runs += runs;
@@ -90,6 +95,20 @@ function runsOf(bytes, n_rays, n_runs, offsets, ray) {
     n += n_own;
   }
   return runs;
+}
+
+/** Remainders of the bytes, for the sums of zlib. */
+const TABLE = Uint32Array.from({ length: 256 }, (_, byte) => {
+  let rest = byte;
+  for (let bit = 0; bit < 8; bit += 1) rest = rest & 1 ? (rest >>> 1) ^ 0xedb88320 : rest >>> 1;
+  return rest;
+});
+
+/** @param {Uint8Array} bytes */
+function crc32(bytes) {
+  let sum = -1;
+  for (let at = 0; at < bytes.length; at += 1) sum = TABLE[(sum ^ bytes[at]) & 255] ^ (sum >>> 8);
+  return ~sum >>> 0;
 }
 
 /** @param {Uint8Array<ArrayBuffer>} bytes */
