@@ -210,3 +210,36 @@ test('only files that the mesh can be are offered: of cubes, and of cells that d
   await run(page);
   assert.deepEqual(await offered(page), ['foam', 'inp', 'msh', 'xdmf', 'csx-xml']);
 });
+
+test('cells cut at the surface are those of the native command', async ({ visit }) => {
+  const folder = mkdtempSync(path.join(tmpdir(), 'hexcast-'));
+  try {
+    const page = await visit('#cells=16&padding=2&unit=mm&cut_cells=true&cut_fluid=0&sample=shells&backend=cpu');
+    await hasGeometries(page, 1);
+    await expect(page.getByLabel('Cells cut at the surface (OpenFOAM, AMReX)')).toBeChecked();
+    await expect(page.getByLabel('Flag that is cut, 0 for the background')).toHaveValue('0');
+    await run(page);
+    await page.click(SUMMARY);
+    await writeSample('shells', folder);
+    await runCopied(page, folder, ['-o', 'coating.eb']);
+    for (const [id, files] of [
+      ['foam', 7],
+      ['eb', 32],
+    ]) {
+      const { name, bytes } = await saved(page, `#download-${id}`);
+      const unpacked = path.join(folder, `of-${id}`);
+      writeFileSync(path.join(folder, name), bytes);
+      execFileSync('python3', ['-m', 'zipfile', '-e', path.join(folder, name), unpacked]);
+      const names = readdirSync(unpacked, { recursive: true, withFileTypes: true }).filter((entry) => entry.isFile());
+      assert.equal(names.length, files);
+      for (const { parentPath, name: part } of names) {
+        const inner = path.relative(unpacked, path.join(parentPath, part)).replace(/^mesh\b/, 'coating');
+        const ours = readFileSync(path.join(parentPath, part));
+        assert.ok(ours.equals(readFileSync(path.join(folder, inner))), inner);
+      }
+      await expect(page.locator(`li:has(#download-${id})`)).toContainText('Saved.');
+    }
+  } finally {
+    rmSync(folder, { recursive: true, force: true });
+  }
+});
