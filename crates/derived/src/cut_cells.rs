@@ -42,7 +42,7 @@ pub mod tensors;
 mod tests;
 mod winding;
 
-pub use cut_cell::{CellSurface, CutCells, CutCellsJob, CutFlag, CutPart};
+pub use cut_cell::{CellSurface, CutCells, CutFlag, CutPart, CutWanted};
 #[doc(hidden)]
 pub use fractions::exact_fractions;
 #[doc(hidden)]

@@ -42,7 +42,7 @@ impl CellSurface {
 
 /// What of cut cells is measured besides volumes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct CutCellsJob {
+pub struct CutWanted {
     /// The centre of what each flag has of a cell.
     pub centroids: bool,
     /// Areas of flags on the faces of cut cells.
@@ -55,10 +55,10 @@ pub struct CutCellsJob {
     pub surfaces: bool,
 }
 
-impl CutCellsJob {
+impl CutWanted {
     /// What of each cell that takes.
     pub(super) fn asked(self) -> Asked {
-        let CutCellsJob { centroids, faces, face_centroids, edges, .. } = self;
+        let CutWanted { centroids, faces, face_centroids, edges, .. } = self;
         Asked { faces: faces || face_centroids, edges, centroids }
     }
 }

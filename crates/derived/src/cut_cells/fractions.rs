@@ -7,7 +7,7 @@ use hexcast_core::base::error::Result;
 use hexcast_core::grid::window::CellWindow;
 use hexcast_core::input::job::FractionsJob;
 
-use super::cut_cell::{CellSurface, CutCellsJob, CutPart};
+use super::cut_cell::{CellSurface, CutPart, CutWanted};
 use super::measure::{CutBy, Measured, PLANES, in_parts};
 use crate::fractions::{CutSurface, Fraction, Fractions, Part, rounded_part};
 
@@ -22,7 +22,7 @@ pub async fn exact_fractions(
     max_bytes: u64,
     control: &Control,
 ) -> Result<Fractions> {
-    let asked = CutCellsJob {
+    let asked = CutWanted {
         faces: job.faces,
         surfaces: job.surfaces,
         edges: job.edges,

@@ -1,7 +1,7 @@
 //! All cut cells of a box: planes of cells together, on all cores.
 
 use super::cells::{Border, Scene, Share, Shares, State};
-use super::cut_cell::{CellSurface, CutCells, CutCellsJob, CutFlag, CutPart};
+use super::cut_cell::{CellSurface, CutCells, CutFlag, CutPart, CutWanted};
 use super::edges::{Insides, crossings};
 use super::integrals::{WHOLE, below_polygon, fixed, number};
 use super::pieces::{Grid, Piece, Pieces};
@@ -45,7 +45,7 @@ pub struct CutBy<'a> {
 pub async fn cut_cells(
     by: CutBy<'_>,
     window: CellWindow,
-    job: CutCellsJob,
+    job: CutWanted,
     max_bytes: u64,
     control: &Control,
 ) -> Result<CutCells> {
@@ -78,7 +78,7 @@ pub(super) struct Measured<P> {
 /// As for [`cut_cells`].
 pub(super) async fn in_parts<P: Send>(
     (by, window): (CutBy<'_>, CellWindow),
-    job: CutCellsJob,
+    job: CutWanted,
     max_bytes: u64,
     control: &Control,
     (keep, bytes_of): (impl Fn(CutPart) -> P + Sync, impl Fn(&P) -> usize),
@@ -124,7 +124,7 @@ pub(super) async fn in_parts<P: Send>(
 
 pub(super) struct Measure<'a> {
     pub(super) by: CutBy<'a>,
-    job: CutCellsJob,
+    job: CutWanted,
     pub(super) grid: Grid<'a>,
     ruler: Ruler,
     /// Of each rank.
@@ -159,7 +159,7 @@ impl Found<CutPart> {
 }
 
 impl Measure<'_> {
-    pub(super) fn new(by: CutBy<'_>, window: CellWindow, job: CutCellsJob) -> Measure<'_> {
+    pub(super) fn new(by: CutBy<'_>, window: CellWindow, job: CutWanted) -> Measure<'_> {
         let CutBy { frame, lines, is_oriented, .. } = by;
         let grid = Grid::new(frame, window);
         let n_parts = grid.n_planes().div_ceil(PLANES) as usize;
@@ -192,7 +192,7 @@ impl Measure<'_> {
         let planes = part * PLANES..((part + 1) * PLANES).min(self.grid.n_planes());
         let facets = self.firsts[part as usize] as usize..self.firsts[part as usize + 1] as usize;
         let facets = &self.facets[facets];
-        let are_sheets = self.job == CutCellsJob::default() && self.is_oriented.iter().all(|of| *of);
+        let are_sheets = self.job == CutWanted::default() && self.is_oriented.iter().all(|of| *of);
         if are_sheets {
             find_sheets(pieces, &self.grid, facets, planes.clone());
         } else {

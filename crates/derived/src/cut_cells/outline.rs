@@ -9,7 +9,7 @@
 mod bends;
 
 use super::cells::{Scene, Shares, State};
-use super::cut_cell::{Asked, CutCellsJob};
+use super::cut_cell::{Asked, CutWanted};
 use super::edges::{ACROSS, Crossing, Insides, at_corners, crossings, ends_of};
 use super::integrals::number;
 use super::measure::{CutBy, Measure, PLANES, ROUND};
@@ -32,7 +32,7 @@ pub async fn outline(
     max_bytes: u64,
     control: &Control,
 ) -> Result<Outline> {
-    let measure = Measure::new(by, CellWindow::all(by.lines.dims()), CutCellsJob::default());
+    let measure = Measure::new(by, CellWindow::all(by.lines.dims()), CutWanted::default());
     let n_parts = measure.grid.n_planes().div_ceil(PLANES);
     let lists = [0, 1, 2].map(|axis| by.lines.list(axis));
     let sweep = Sweep { measure: &measure, fluid, wall_of, lists };

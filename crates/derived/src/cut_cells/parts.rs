@@ -6,7 +6,7 @@ use hexcast_core::base::control::Control;
 use hexcast_core::base::error::Result;
 use hexcast_core::grid::window::CellWindow;
 
-use super::cut_cell::{CutCellsJob, CutPart};
+use super::cut_cell::{CutPart, CutWanted};
 use super::measure::{CutBy, Measured, in_parts};
 use crate::mesh::outline::{Outline, OutlinePart};
 
@@ -19,7 +19,7 @@ const NOTHING: OutlinePart =
 /// # Errors
 /// `memory` where it would take more than `max_bytes`; `cancelled`.
 pub async fn parts(by: CutBy<'_>, outline: &Outline, max_bytes: u64, control: &Control) -> Result<Vec<OutlinePart>> {
-    let asked = CutCellsJob { centroids: true, faces: true, face_centroids: true, edges: true, surfaces: false };
+    let asked = CutWanted { centroids: true, faces: true, face_centroids: true, edges: true, surfaces: false };
     let keep = |part: CutPart| of_flag(&part, outline.fluid);
     let bytes_of = |found: &Vec<(u64, OutlinePart)>| 2 * size_of_val(&found[..]);
     let window = CellWindow::all(by.lines.dims());

@@ -28,6 +28,7 @@ mod quality;
 mod tests;
 
 use crate::mesh::outline::Outline;
+use hexcast_core::base::control::Control;
 use hexcast_core::base::error::Result;
 use hexcast_core::grid::lines::Lines;
 
@@ -44,11 +45,13 @@ impl Polyhedra {
     /// The polyhedra of a fluid: `is_whole` says of each cell of the box whether all of it is fluid, x fastest; what it says of those of the outline does not count.
     ///
     /// # Errors
-    /// `export-too-large` where there are more than 2^31 - 1 faces, points or corners; `cut-open` where a cell is not closed, which is an error of hexcast.
-    pub fn new(lines: &Lines, outline: &Outline, is_whole: &[bool]) -> Result<Polyhedra> {
+    /// `export-too-large` where there are more than 2^31 - 1 faces, points or corners; `cut-open` where a cell is not closed, which is an error of hexcast; `cancelled`.
+    pub async fn new(lines: &Lines, outline: &Outline, is_whole: &[bool], control: &Control) -> Result<Polyhedra> {
         let mut flat = Flat::default();
-        let whole = |flat: &Flat, ways: &Ways| Build::new(lines, outline, is_whole, flat, None)?.made(ways);
-        let first = whole(&flat, &Ways::new())?;
+        let whole = async |flat: &Flat, ways: &Ways| {
+            Build::new(lines, outline, is_whole, flat, None)?.made(ways, control).await
+        };
+        let first = whole(&flat, &Ways::new()).await?;
         let n_wrong = first.cells.len();
         if n_wrong == 0 {
             first.found.check_closed()?;
@@ -59,8 +62,8 @@ impl Polyhedra {
         let mut rounds = 0..ROUNDS;
         let ways = loop {
             let mut build = Build::new(lines, outline, is_whole, &flat, Some(&near))?;
-            build.add_all()?;
-            let Trial { cells, ways, .. } = build.joined();
+            build.add_all(control).await?;
+            let Trial { cells, ways, .. } = build.joined(control).await?;
             // where bends make cells wrong the surface is flat
             let more = build.bent(cells);
             if more.is_empty() || rounds.next().is_none() {
@@ -68,10 +71,10 @@ impl Polyhedra {
             }
             flat.extend(more);
         };
-        let mut last = whole(&flat, &ways)?;
+        let mut last = whole(&flat, &ways).await?;
         if last.cells.len() > n_wrong {
             // what was found near wrong cells made others wrong further off
-            last = whole(&Flat::default(), &Ways::new())?;
+            last = whole(&Flat::default(), &Ways::new()).await?;
         }
         last.found.check_closed()?;
         Ok(last.found)

@@ -32,7 +32,7 @@ use hexcast_core::cells::flags::{CellBox, flags_of_box};
 use hexcast_core::grid::lines::Lines;
 use hexcast_core::grid::window::CellWindow;
 
-use super::cut_cell::{CutCellsJob, CutPart};
+use super::cut_cell::{CutPart, CutWanted};
 use super::measure::{CutBy, in_parts};
 use crate::staggered::COMPONENTS;
 use faces::{Below, Rise};
@@ -146,7 +146,7 @@ pub async fn permittivity(
     let find = |part: CutPart| found_in(&part, (window, &lines), (eps, &below), &is_counted);
     let bytes_of = |(cut, _): &Found| 2 * size_of_val(&cut[..]);
     let left = max_bytes.saturating_sub(below.n_bytes());
-    let asked = CutCellsJob { faces: true, ..CutCellsJob::default() };
+    let asked = CutWanted { faces: true, ..CutWanted::default() };
     let found = in_parts((by, window), asked, left, control, (find, bytes_of)).await?;
     let (mut cut, mut counts) = (Vec::new(), TensorCounts::default());
     for (of_part, more) in found.parts {

@@ -8,7 +8,7 @@ use hexcast_core::grid::frame::{Frame, SnappedFacet, normal};
 use hexcast_core::grid::window::CellWindow;
 
 use super::places::{Cells, Grid, Outside, PARTS};
-use crate::cut_cells::cut_cell::{CutCellsJob, CutPart};
+use crate::cut_cells::cut_cell::{CutPart, CutWanted};
 use crate::cut_cells::edges::ACROSS;
 use crate::cut_cells::measure::{CutBy, in_parts};
 
@@ -49,7 +49,7 @@ pub(super) async fn outside_of_all(
         let there =
             CellWindow { first: turned(window.first, window.end), end: turned(window.end, window.first), halo: 0 };
         let list = |part: CutPart| (listed(&part, (there, *mirrors), is_metal), sampled(&part, window, counted));
-        let asked = CutCellsJob { faces: true, edges: true, ..CutCellsJob::default() };
+        let asked = CutWanted { faces: true, edges: true, ..CutWanted::default() };
         let bytes_of = |(listed, _): &(Listed, u64)| listed.iter().map(|of| 2 * size_of_val(&of[..])).sum();
         let left = max_bytes.saturating_sub(2 * held);
         let found = in_parts((seen, there), asked, left, control, (list, bytes_of)).await?;

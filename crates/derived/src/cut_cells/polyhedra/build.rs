@@ -9,6 +9,7 @@ use super::closed::{Behind, Face};
 use super::planar;
 use crate::cut_cells::edges::ACROSS;
 use crate::mesh::outline::{Outline, OutlineCell};
+use hexcast_core::base::control::Control;
 use hexcast_core::base::error::{Error, Result};
 use hexcast_core::grid::lines::Lines;
 
@@ -166,13 +167,14 @@ impl<'a> Build<'a> {
     /// Adds the faces of all cells.
     ///
     /// # Errors
-    /// `export-too-large`.
-    pub(super) fn add_all(&mut self) -> Result<()> {
+    /// `export-too-large`; `cancelled`.
+    pub(super) async fn add_all(&mut self, control: &Control) -> Result<()> {
         match self.near {
             Some(near) => near.cells.iter().for_each(|&index| self.add(cell_at(index as usize, self.dims))),
             None => {
                 let [nx, ny, nz] = self.dims;
                 for z in 0..nz {
+                    control.rest().await?;
                     (0..ny).for_each(|y| (0..nx).for_each(|x| self.add([x, y, z])));
                     self.check_size()?;
                 }

@@ -12,6 +12,7 @@ use std::collections::{HashMap, HashSet};
 use super::build::{Build, NONE};
 use super::closed::{Behind, Counts, Face, Polyhedra};
 use super::{merge, planar, quality};
+use hexcast_core::base::control::Control;
 use hexcast_core::base::error::Result;
 
 /// A body of less of its cell is joined with another.
@@ -91,9 +92,9 @@ impl Build<'_> {
     /// Makes all cells, and joins small bodies in given ways.
     ///
     /// # Errors
-    /// `export-too-large`.
-    pub(super) fn made(mut self, ways: &Ways) -> Result<Trial> {
-        self.add_all()?;
+    /// `export-too-large`; `cancelled`.
+    pub(super) async fn made(mut self, ways: &Ways, control: &Control) -> Result<Trial> {
+        self.add_all(control).await?;
         let of =
             |(cell, place): &(u64, u32)| Some(self.first[*cell as usize]).filter(|&at| at != NONE).map(|at| at + place);
         let ways = ways.iter().filter_map(|(body, n)| of(body).map(|body| (body, *n))).collect();
@@ -128,11 +129,15 @@ impl Build<'_> {
     }
 
     /// Joins small bodies, in ways that make few cells wrong.
-    pub(super) fn joined(&self) -> Trial {
+    ///
+    /// # Errors
+    /// `cancelled`.
+    pub(super) async fn joined(&self, control: &Control) -> Result<Trial> {
         let volumes = self.volumes();
         let mut ways: HashMap<u32, usize> = HashMap::new();
         let (mut best, mut since): (Option<Trial>, usize) = (None, 0);
         for trial in 0..TRIALS {
+            control.rest().await?;
             let (found, cell_of) = self.trial(&volumes, &ways);
             let wrong = self.wrong(&found, &cell_of);
             since += 1;
@@ -153,10 +158,10 @@ impl Build<'_> {
                 *ways.entry(bodies[trial % bodies.len()]).or_default() += 1;
             }
         }
-        best.unwrap_or_else(|| {
+        Ok(best.unwrap_or_else(|| {
             let (found, cell_of) = self.trial(&volumes, &HashMap::new());
             self.judged((found, &cell_of), &[], &HashMap::new())
-        })
+        }))
     }
 
     /// Whether a body is that of a cell of the outline.

@@ -4,8 +4,9 @@ use std::collections::HashMap;
 
 use super::*;
 use crate::cut_cells::tests::models::{cuboid, sphere};
-use crate::cut_cells::{CutBy, CutCellsJob, cut_cells, outline};
+use crate::cut_cells::{CutBy, CutWanted, cut_cells, outline};
 use hexcast_core::base::control::{Control, at_once};
+use hexcast_core::base::error::Error;
 use hexcast_core::grid::closed::Closed;
 use hexcast_core::grid::frame::Frame;
 use hexcast_core::grid::window::CellWindow;
@@ -26,7 +27,7 @@ fn found(facets: &[Facet], lines: &Lines, fluid: u8) -> Found {
     let is_oriented = [Closed::of(frame.facets_at(0)).nonzero];
     let by = CutBy { frame: &frame, lines, rule: Rule::Nonzero, kinds: &[Kind::Cast], is_oriented: &is_oriented };
     let control = Control::default();
-    let (window, job) = (CellWindow::all(lines.dims()), CutCellsJob::default());
+    let (window, job) = (CellWindow::all(lines.dims()), CutWanted::default());
     let exact = at_once(cut_cells(by, window, job, u64::MAX, &control)).unwrap().volumes[usize::from(fluid)];
     let outline = at_once(outline(by, (fluid, vec!["body".into()]), &|_| 0, u64::MAX, &control)).unwrap();
     // cells that no surface passes have the flag of their corners, which those before them along x have
@@ -37,7 +38,7 @@ fn found(facets: &[Facet], lines: &Lines, fluid: u8) -> Found {
         let before = if index % u64::from(nx) == 0 { fluid == 0 } else { is_whole[index as usize - 1] };
         is_whole.push(cut.get(&index).map_or(before, |corners| corners[1] == fluid));
     }
-    let cells = Polyhedra::new(lines, &outline, &is_whole).unwrap();
+    let cells = at_once(Polyhedra::new(lines, &outline, &is_whole, &control)).unwrap();
     let volume = cells.volumes().iter().map(|(volume, _)| volume).sum();
     Found { outline, cells, volume, exact }
 }
@@ -175,4 +176,13 @@ fn a_cell_that_is_open_is_an_error() {
     let mut cells = found(&cuboid([-3.0; 3], [2.0; 3]), &equal(10), 7).cells;
     cells.faces.pop();
     assert_eq!(cells.check_closed().unwrap_err().code(), "cut-open");
+}
+
+#[test]
+fn it_can_be_cancelled_while_cells_are_made() {
+    let (outline, control) = (Outline::new(1, Vec::new(), Vec::new(), 0.0), Control::default());
+    let made = |control: &Control| at_once(Polyhedra::new(&equal(4), &outline, &[true; 64], control));
+    assert_eq!(made(&control).unwrap().n_cells, 64);
+    control.cancel.cancel();
+    assert_eq!(made(&control), Err(Error::Cancelled));
 }

@@ -8,7 +8,7 @@ use hexcast_core::grid::frame::{Frame, normal};
 use hexcast_core::grid::window::CellWindow;
 
 use super::smoothed::{OfFlags, Tensor, mean_of};
-use crate::cut_cells::cut_cell::{CutCellsJob, CutPart};
+use crate::cut_cells::cut_cell::{CutPart, CutWanted};
 use crate::cut_cells::measure::{CutBy, in_parts};
 
 /// Two mirrors are a turn, which leaves facets facing out. In the first the faces below along x and y are above, in the second those along y and z.
@@ -152,7 +152,7 @@ impl Below {
             let above = |rise: Rise| (index(rise.cell), [1, 3, 5].map(|face| rise.faces[face]));
             let keep = |part: CutPart| Rise::of_part(&part, eps).map(above).collect::<Seen>();
             let left = max_bytes.saturating_sub(2 * size_of_val(&found[..]) as u64);
-            let asked = CutCellsJob { faces: true, ..CutCellsJob::default() };
+            let asked = CutWanted { faces: true, ..CutWanted::default() };
             let bytes_of = |seen: &Seen| 2 * size_of_val(&seen[..]);
             let seen = in_parts((CutBy { frame: &frame, ..by }, there), asked, left, control, (keep, bytes_of)).await?;
             let mut seen: Seen = seen.parts.into_iter().flatten().collect();

@@ -15,8 +15,8 @@ use hexcast_core::stages::inside::Kind;
 pub(in crate::cut_cells) type Facets = Vec<Facet>;
 
 /// All that can be measured.
-pub(super) const ALL: CutCellsJob =
-    CutCellsJob { centroids: true, faces: true, face_centroids: true, edges: true, surfaces: true };
+pub(super) const ALL: CutWanted =
+    CutWanted { centroids: true, faces: true, face_centroids: true, edges: true, surfaces: true };
 
 /// Surface of a map from a grid of n by m squares, which closes both ways.
 fn closed(n: usize, m: usize, at: impl Fn(f64, f64) -> [f64; 3]) -> Facets {
@@ -137,7 +137,7 @@ pub(super) fn measured_as(frame: &Frame, lines: &Lines, window: CellWindow, by: 
 /// Volumes alone.
 pub(super) fn measured_alone(frame: &Frame, lines: &Lines, window: CellWindow) -> CutCells {
     let kinds = vec![Kind::Cast; frame.ranks.flag_of_rank.len()];
-    measured_of(frame, lines, window, (Rule::Nonzero, &kinds), CutCellsJob::default())
+    measured_of(frame, lines, window, (Rule::Nonzero, &kinds), CutWanted::default())
 }
 
 fn measured_of(
@@ -145,7 +145,7 @@ fn measured_of(
     lines: &Lines,
     window: CellWindow,
     (rule, kinds): (Rule, &[Kind]),
-    job: CutCellsJob,
+    job: CutWanted,
 ) -> CutCells {
     let positions = 0..frame.ranks.geometry_at.len();
     let is_oriented: Vec<bool> = positions.map(|position| Closed::of(frame.facets_at(position)).nonzero).collect();

@@ -33,7 +33,7 @@ pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -
         Ok(())
     };
     job.for_each_slab(1, &mut push).await?;
-    let cells = Polyhedra::new(job.mesh.lines(), outline, &is_whole)?;
+    let cells = Polyhedra::new(job.mesh.lines(), outline, &is_whole, job.control).await?;
     drop(is_whole);
     job.say(lost_by_cuts(outline, &cells));
     let file_names = file_names(name);
