@@ -24,12 +24,19 @@ function assertPasses(program, ...args) {
   return stdout;
 }
 
-test('the manifest exports the package, its worker, Node, the wasm and the shaders, types first', () => {
+test('the manifest exports the package, its worker, Node, the viewer, the wasm and the shaders, types first', () => {
   const { exports: entries } = JSON.parse(readFileSync(path.join(ROOT, 'package.json'), 'utf8'));
   const files = ['./hexcast_bg.wasm', './hexcast_threads_bg.wasm', './shaders/*', './package.json'];
-  assert.deepEqual(Object.keys(entries), ['.', './worker', './node', ...files]);
-  for (const name of ['.', './worker', './node']) assert.equal(Object.keys(entries[name])[0], 'types', name);
-  const resolved = ['hexcast', 'hexcast/worker', 'hexcast/node', 'hexcast/hexcast_bg.wasm', 'hexcast/shaders/map.wgsl'];
+  assert.deepEqual(Object.keys(entries), ['.', './worker', './node', './viewer', ...files]);
+  for (const name of ['.', './worker', './node', './viewer']) assert.equal(Object.keys(entries[name])[0], 'types', name);
+  const resolved = [
+    'hexcast',
+    'hexcast/worker',
+    'hexcast/node',
+    'hexcast/viewer',
+    'hexcast/hexcast_bg.wasm',
+    'hexcast/shaders/map.wgsl',
+  ];
   writeFileSync(
     path.join(project.folder, 'resolve.js'),
     `for (const name of ${JSON.stringify(resolved)}) console.log(import.meta.resolve(name));`,
@@ -37,7 +44,7 @@ test('the manifest exports the package, its worker, Node, the wasm and the shade
   const found = execFileSync(process.execPath, ['resolve.js'], { cwd: project.folder, encoding: 'utf8' }).trim().split('\n');
   assert.deepEqual(
     found.map((url) => url.split('/node_modules/hexcast/')[1]),
-    ['dist/node.js', 'dist/worker.js', 'dist/node.js', 'dist/hexcast_bg.wasm', 'shaders/map.wgsl'],
+    ['dist/node.js', 'dist/worker.js', 'dist/node.js', 'dist/viewer.js', 'dist/hexcast_bg.wasm', 'shaders/map.wgsl'],
   );
 });
 
