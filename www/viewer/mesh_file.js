@@ -51,12 +51,20 @@ export async function readMeshFile(bytes) {
   const parts = [];
   let [ray, n_runs] = [0, 0];
   for (at = end + 4; word(bytes, at, 4) !== END; ) {
-    if (at + PIECE > bytes.length)
-      throw new Error('the file ends before its cells do: it was not written to its end, or not loaded whole');
-    const [rays, runs, , stored, sum] = [4, 8, 12, 16, 20].map((by) => view.getUint32(at + by, true));
+    const isWhole = (/** @type {number} */ end) => {
+      if (end > bytes.length)
+        throw new Error('the file ends before its cells do: it was not written to its end, or not loaded whole');
+    };
+    const hasSum = (/** @type {number} */ from, /** @type {number} */ end, /** @type {number} */ sum) => {
+      if (crc32(bytes.subarray(from, end)) !== view.getUint32(sum, true))
+        throw new Error(`the file is damaged after byte ${at}: copy it or write it again`);
+    };
+    isWhole(at + PIECE);
+    hasSum(at, at + PIECE - 4, at + PIECE - 4);
+    const [rays, runs, , stored] = [4, 8, 12, 16].map((by) => view.getUint32(at + by, true));
+    isWhole(at + PIECE + stored);
+    hasSum(at + PIECE, at + PIECE + stored, at + 20);
     const content = bytes.subarray(at + PIECE, at + PIECE + stored);
-    const isRight = crc32(bytes.subarray(at, at + PIECE - 4)) === view.getUint32(at + PIECE - 4, true) && crc32(content) === sum;
-    if (!isRight) throw new Error(`the file is damaged after byte ${at}: copy it or write it again`);
     parts.push(runsOf(compression ? await inflated(content) : content, rays, runs, offsets, ray));
     ray += rays;
     n_runs += runs;
