@@ -115,18 +115,25 @@ def test_readme_runs(spot, tmp_path, monkeypatch):
         exec(compile(block, "README.md", "exec"), {})
 
 
-@pytest.mark.parametrize("page", ["conformal", "fractions", "links", "scenes", "staggered", "tensors"])
+PAGES = ["conformal", "distance", "export/README", "export/amrex", "export/openfoam", "fractions", "links", "scenes", "staggered", "tensors"]
+
+
+# cut cells of an example say what they lack
+@pytest.mark.filterwarnings("ignore::hexcast.MeshWarning")
+@pytest.mark.parametrize("page", PAGES)
 def test_what_a_page_says_of_python_runs(page, spot, tmp_path, monkeypatch):
     """Blocks marked ``py``; those marked ``python`` read files of the command, and run with the solvers."""
     monkeypatch.chdir(tmp_path)
     for name in ("part.stl", "body.stl", "rotor.stl"):
         (tmp_path / name).write_bytes(Path(spot).read_bytes())
     pyvista.Sphere(radius=1.5).save(tmp_path / "tank.stl")
-    given = set(tmp_path.iterdir())
+    pyvista.Cylinder(radius=1, height=4).triangulate().save(tmp_path / "pipe.stl")
+    (tmp_path / "case").mkdir()
+    given = set(tmp_path.rglob("*"))
     blocks = re.findall(r"```py\n(.+?)```", (ROOT / "docs" / f"{page}.md").read_text(), re.S)
     assert len(blocks) == 1
     names = {"hexcast": hexcast}
     exec(compile(blocks[0], page, "exec"), names)
-    assert set(tmp_path.iterdir()) - given
+    assert set(tmp_path.rglob("*")) - given
     if page == "scenes":
         assert (names["flags"] == names["scene"].mesh.flags).all()

@@ -27,8 +27,6 @@ def test_an_example(page, tmp_path) -> None:
         words = shlex.split(command)
         hexcast(*words, cwd=tmp_path)
         assert (tmp_path / words[words.index("-o") + 1]).exists()
-    for code in re.findall(r"```python\n(import hexcast\n.*?)```", page.read_text(), re.DOTALL):
-        run(sys.executable, "-c", code, cwd=tmp_path)
 
 
 @pytest.mark.parametrize("name", ["lines", "fractions", "links", "staggered", "conformal", "tensors", "distance"])
