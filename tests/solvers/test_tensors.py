@@ -30,7 +30,8 @@ def test_modes_of_rods_need_whole_tensors(tmp_path: Path) -> None:
     # below those of Meep's own smoothing: 2.4e-3, 6.4e-4, 1.9e-4, 1.5e-4
     assert (off["full"][:, 0] < (1.45e-3, 4.0e-4, 1.52e-4, 7.4e-5)).all()
     assert (orders["full"] > 1.37).all()
-    assert (off["full"][-1] < off["flags"][-1]).all()
+    # by flags errors change their sign now and then
+    assert (off["full"][-2:].max(axis=0) < off["flags"][-2:].max(axis=0)).all()
     assert (off["full"][:, 0] < off["diagonal"][:, 0] / 3).all()
 
 
