@@ -6,6 +6,7 @@
 
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "hexcast.h"
 
@@ -41,7 +42,7 @@ int main(int argc, char **argv) {
   if (!mesh) fail(error);
   for (int i = 2; i < argc; i += 2) {
     if (hexcast_mesh_write(mesh, argv[i], argv[i + 1][0] ? argv[i + 1] : NULL, &error)) fail(error);
-    fprintf(stderr, "%s lacks %s\n", argv[i], hexcast_mesh_lacks(mesh));
+    if (strcmp(hexcast_mesh_lacks(mesh), "[]") != 0) fprintf(stderr, "%s lacks %s\n", argv[i], hexcast_mesh_lacks(mesh));
   }
   puts(hexcast_mesh_report(mesh));
   free(job);
