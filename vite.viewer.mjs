@@ -9,7 +9,6 @@ export default defineConfig({
   build: {
     outDir: path.join(import.meta.dirname, 'dist'),
     emptyOutDir: false,
-    minify: true,
     lib: { entry: 'viewer/viewer.js', formats: ['es'], fileName: () => 'viewer.js' },
     rolldownOptions: { output: { minify: true } },
   },

@@ -10,7 +10,8 @@
 /** Bytes from the first to the body of the head, and of the head of a piece. */
 const [BODY, PIECE] = [16, 44];
 const SIGNATURE = '\x89HXC\r\n\x1a\n';
-const VERSIONS = [1, 4];
+/** The last layout that is known. */
+const LATEST = 4;
 const END = 'ENDS';
 
 /** @param {Uint8Array<ArrayBuffer>} bytes @returns {Promise<MeshFile>} */
@@ -18,8 +19,7 @@ export async function readMeshFile(bytes) {
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.length);
   if (word(bytes, 0, 8) !== SIGNATURE) throw new Error('the file is no column file (.hxc): it begins with other bytes');
   const version = view.getUint32(8, true);
-  if (version > VERSIONS[1])
-    throw new Error(`the file has layout ${version}, and this viewer reads up to ${VERSIONS[1]}: update hexcast`);
+  if (version > LATEST) throw new Error(`the file has layout ${version}, and this viewer reads up to ${LATEST}: update hexcast`);
   const end = BODY + view.getUint32(12, true);
   if (end + 4 > bytes.length || crc32(bytes.subarray(0, end)) !== view.getUint32(end, true))
     throw new Error('the head of the file is damaged: copy it or write it again');
@@ -50,21 +50,19 @@ export async function readMeshFile(bytes) {
   /** @type {Uint32Array[]} */
   const parts = [];
   let [ray, n_runs] = [0, 0];
+  /** Some of the bytes, whose sum is at a place. @param {number} from @param {number} end @param {number} sum */
+  const checked = (from, end, sum) => {
+    if (end > bytes.length || sum + 4 > bytes.length)
+      throw new Error('the file ends before its cells do: it was not written to its end, or not loaded whole');
+    const some = bytes.subarray(from, end);
+    if (crc32(some) !== view.getUint32(sum, true))
+      throw new Error(`the file is damaged after byte ${at}: copy it or write it again`);
+    return some;
+  };
   for (at = end + 4; word(bytes, at, 4) !== END; ) {
-    const isWhole = (/** @type {number} */ end) => {
-      if (end > bytes.length)
-        throw new Error('the file ends before its cells do: it was not written to its end, or not loaded whole');
-    };
-    const hasSum = (/** @type {number} */ from, /** @type {number} */ end, /** @type {number} */ sum) => {
-      if (crc32(bytes.subarray(from, end)) !== view.getUint32(sum, true))
-        throw new Error(`the file is damaged after byte ${at}: copy it or write it again`);
-    };
-    isWhole(at + PIECE);
-    hasSum(at, at + PIECE - 4, at + PIECE - 4);
+    checked(at, at + PIECE - 4, at + PIECE - 4);
     const [rays, runs, , stored] = [4, 8, 12, 16].map((by) => view.getUint32(at + by, true));
-    isWhole(at + PIECE + stored);
-    hasSum(at + PIECE, at + PIECE + stored, at + 20);
-    const content = bytes.subarray(at + PIECE, at + PIECE + stored);
+    const content = checked(at + PIECE, at + PIECE + stored, at + 20);
     parts.push(runsOf(compression ? await inflated(content) : content, rays, runs, offsets, ray));
     ray += rays;
     n_runs += runs;

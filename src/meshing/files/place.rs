@@ -1,5 +1,6 @@
 //! The place of an output: where its path leads, through links, whether it may be written there, and which files an exporter writes there.
 
+use std::fs::Metadata;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
@@ -35,6 +36,25 @@ pub fn target_of(path: &Path) -> Result<PathBuf> {
 /// The folder of a path.
 pub fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// What the system knows a file by: device and inode.
+#[doc(hidden)]
+pub type Id = (u64, u64);
+
+/// By what the system knows a file, where it says.
+#[cfg(unix)]
+#[doc(hidden)]
+pub fn id_of(metadata: &Metadata) -> Option<Id> {
+    use std::os::unix::fs::MetadataExt;
+    Some((metadata.dev(), metadata.ino()))
+}
+
+/// By what the system knows a file: others than Unix do not say.
+#[cfg(not(unix))]
+#[doc(hidden)]
+pub fn id_of(_: &Metadata) -> Option<Id> {
+    None
 }
 
 /// Refuses what exists and is neither a file nor a folder: a pipe, a device, a socket.

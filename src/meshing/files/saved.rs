@@ -3,7 +3,7 @@
 //! Mesh, path, options -> files on disk, with the bytes of the library's writers and exporters, as of the command.
 
 use std::collections::BTreeMap;
-use std::fs::{File, rename};
+use std::fs::{File, Metadata, rename};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
@@ -17,7 +17,7 @@ use serde::Deserialize;
 use tempfile::TempDir;
 
 use super::WrittenFolder;
-use super::place::{ExportPlace, check_kind, folder_of, refused, target_of};
+use super::place::{ExportPlace, check_kind, folder_of, id_of, refused, target_of};
 
 /// zlib level where the caller does not say, as in the command.
 const DEFAULT_LEVEL: u8 = 6;
@@ -240,7 +240,9 @@ impl Saved<'_> {
     /// Refuses to write over a surface of the mesh, by whatever name, or to replace a folder that has one.
     fn check_inputs(&self, target: &Path) -> Result<()> {
         let Ok(target) = target.canonicalize() else { return Ok(()) };
-        let is_it = |input: &&PathBuf| input.starts_with(&target) || is_same_file(input, &target);
+        let id = |path: &Path| path.metadata().ok().filter(Metadata::is_file).and_then(|of| id_of(&of));
+        let own = id(&target);
+        let is_it = |input: &&PathBuf| input.starts_with(&target) || own.is_some() && id(input) == own;
         let Some(input) = self.inputs.iter().find(is_it) else { return Ok(()) };
         let message =
             format!("{} would be written over {}, an input of the mesh", self.path.display(), input.display());
@@ -250,19 +252,6 @@ impl Saved<'_> {
     fn failed(&self, error: std::io::Error) -> Error {
         Error::io(format!("writing {}", self.path.display()), error)
     }
-}
-
-/// Whether two names are of one file, which has several.
-#[cfg(unix)]
-fn is_same_file(one: &Path, other: &Path) -> bool {
-    use std::os::unix::fs::MetadataExt;
-    let of = |path: &Path| path.metadata().ok().filter(|of| of.is_file()).map(|of| (of.dev(), of.ino()));
-    of(one).is_some_and(|one| of(other) == Some(one))
-}
-
-#[cfg(not(unix))]
-fn is_same_file(_: &Path, _: &Path) -> bool {
-    false
 }
 
 /// A folder beside an output, which is removed with what is left in it.

@@ -9,30 +9,15 @@
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry as Slot;
-use std::fs::{File, Metadata};
+use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 
-use hexcast::files::place::{check_kind, folder_of, not_a_file, target_of};
+use hexcast::files::place::{Id, check_kind, folder_of, id_of, not_a_file, target_of};
 use hexcast::{Error, Result};
 use tempfile::NamedTempFile;
 
 use crate::files::{standard_streams, temporary};
-
-/// What the system knows a file by: device and inode.
-type Id = (u64, u64);
-
-#[cfg(unix)]
-#[expect(clippy::unnecessary_wraps, reason = "other systems do not say")]
-fn id_of(metadata: &Metadata) -> Option<Id> {
-    use std::os::unix::fs::MetadataExt;
-    Some((metadata.dev(), metadata.ino()))
-}
-
-#[cfg(not(unix))]
-fn id_of(_: &Metadata) -> Option<Id> {
-    None
-}
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Use {

@@ -98,34 +98,26 @@ impl Build<'_> {
         let of =
             |(cell, place): &(u64, u32)| Some(self.first[*cell as usize]).filter(|&at| at != NONE).map(|at| at + place);
         let ways = ways.iter().filter_map(|(body, n)| of(body).map(|body| (body, *n))).collect();
-        let (found, cell_of) = self.trial(&self.volumes(), &ways);
-        let wrong = self.wrong(&found, &cell_of);
-        Ok(self.judged((found, &cell_of), &wrong, &ways))
+        Ok(self.tried(&self.volumes(), &ways).0)
     }
 
-    /// Wrong cells that have bodies which are seen whole.
-    fn wrong(&self, found: &Polyhedra, cell_of: &[u32]) -> Vec<u32> {
-        let mut wrong = quality::wrong(found);
-        let core = self.bodies.iter().zip(cell_of).filter(|(body, _)| self.is_core(body)).map(|(_, cell)| *cell);
+    /// The mesh in which some bodies go other ways than the first, of each body its cell, and wrong cells, in order: those that have bodies which are seen whole.
+    fn tried(&self, volumes: &[f64], ways: &HashMap<u32, usize>) -> (Trial, Vec<u32>, Vec<u32>) {
+        let (found, cell_of) = self.trial(volumes, ways);
+        let mut wrong = quality::wrong(&found);
+        let core = self.bodies.iter().zip(&cell_of).filter(|(body, _)| self.is_core(body)).map(|(_, cell)| *cell);
         let core: HashSet<u32> = core.collect();
         wrong.retain(|cell| core.contains(cell));
-        wrong
-    }
-
-    fn judged(&self, (found, cell_of): (Polyhedra, &[u32]), wrong: &[u32], ways: &HashMap<u32, usize>) -> Trial {
         let counts = Counts { wrong: wrong.len() as u32, ..found.counts };
         let is_wrong: HashSet<u32> = wrong.iter().copied().collect();
-        let bodies = self.bodies.iter().zip(cell_of).filter(|(_, cell)| is_wrong.contains(cell));
+        let bodies = self.bodies.iter().zip(&cell_of).filter(|(_, cell)| is_wrong.contains(cell));
         let cells = bodies.map(|(body, _)| body.cell).collect();
         let key = |body: u32| {
             let cell = self.index(self.bodies[body as usize].cell);
             (cell as u64, body - self.first[cell])
         };
-        Trial {
-            found: Polyhedra { counts, ..found },
-            cells,
-            ways: ways.iter().map(|(body, n)| (key(*body), *n)).collect(),
-        }
+        let ways = ways.iter().map(|(body, n)| (key(*body), *n)).collect();
+        (Trial { found: Polyhedra { counts, ..found }, cells, ways }, cell_of, wrong)
     }
 
     /// Joins small bodies, in ways that make few cells wrong.
@@ -138,11 +130,10 @@ impl Build<'_> {
         let (mut best, mut since): (Option<Trial>, usize) = (None, 0);
         for trial in 0..TRIALS {
             control.rest().await?;
-            let (found, cell_of) = self.trial(&volumes, &ways);
-            let wrong = self.wrong(&found, &cell_of);
+            let (tried, cell_of, wrong) = self.tried(&volumes, &ways);
             since += 1;
             if best.as_ref().is_none_or(|best| wrong.len() < best.found.counts.wrong as usize) {
-                (best, since) = (Some(self.judged((found, &cell_of), &wrong, &ways)), 0);
+                (best, since) = (Some(tried), 0);
             }
             if wrong.is_empty() || since >= PATIENCE {
                 break;
@@ -158,10 +149,7 @@ impl Build<'_> {
                 *ways.entry(bodies[trial % bodies.len()]).or_default() += 1;
             }
         }
-        Ok(best.unwrap_or_else(|| {
-            let (found, cell_of) = self.trial(&volumes, &HashMap::new());
-            self.judged((found, &cell_of), &[], &HashMap::new())
-        }))
+        Ok(best.unwrap_or_else(|| self.tried(&volumes, &HashMap::new()).0))
     }
 
     /// Whether a body is that of a cell of the outline.
