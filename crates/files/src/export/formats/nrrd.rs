@@ -7,9 +7,6 @@
 
 use std::io;
 
-use flate2::Compression;
-use flate2::write::GzEncoder;
-
 use crate::export::{
     format::Format,
     limits::equal_cells,
@@ -19,6 +16,7 @@ use crate::export::{
 use crate::write::Compress;
 use hexcast_core::base::error::Result;
 use hexcast_core::base::sort::sort_by_key;
+use hexcast_core::base::zlib::Deflate;
 use hexcast_derived::mesh::Mesh;
 
 pub(in crate::export) static FORMAT: Format = Format {
@@ -33,11 +31,14 @@ pub(in crate::export) static FORMAT: Format = Format {
     ..Format::new(&[".nrrd"], |job, name, files| Box::pin(write(job, name, files)))
 };
 
+/// Head of gzip: deflated, without a name or a time, by an unknown system.
+const GZIP: [u8; 10] = [0x1f, 0x8b, 8, 0, 0, 0, 0, 0, 0, 255];
+
 /// Level of gzip where the caller asks for zlib's.
-fn level(compress: Compress) -> Option<u32> {
+fn level(compress: Compress) -> Option<u8> {
     match compress {
         Compress::None => None,
-        Compress::Zlib(level) => Some(level.into()),
+        Compress::Zlib(level) => Some(level),
     }
 }
 
@@ -52,9 +53,12 @@ async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()
     match level(job.options.compress) {
         None => slabs(job, &mut out.file).await?,
         Some(level) => {
-            let mut gzip = GzEncoder::new(&mut out.file, Compression::new(level));
-            slabs(job, &mut gzip).await?;
-            gzip.finish().map_err(failed)?;
+            out.put(&GZIP)?;
+            let mut deflate = Deflate::new(&mut out.file, level);
+            slabs(job, &mut deflate).await?;
+            let (_, crc, n_bytes) = deflate.finish().map_err(failed)?;
+            // of the number what fits
+            out.put(&[crc.to_le_bytes(), (n_bytes as u32).to_le_bytes()].concat())?;
         }
     }
     out.finish()
