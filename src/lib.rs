@@ -15,6 +15,7 @@ pub mod meshing {
     pub mod mesher;
     pub mod parts;
     pub mod pipeline;
+    pub mod refine;
     pub mod report;
     pub mod scene;
 }
@@ -97,6 +98,6 @@ pub use meshing::mesher::{self, Mesher, MesherOptions};
 #[doc(inline)]
 pub use meshing::pipeline::points;
 pub use meshing::scene::{self, Scene};
-pub use meshing::{converge, estimate, parts, pipeline, report};
+pub use meshing::{converge, estimate, parts, pipeline, refine, report};
 #[cfg(not(target_arch = "wasm32"))]
 pub use meshing::{files, machine};

@@ -146,7 +146,7 @@ async fn meshed(
     let inputs: Vec<InputReport> = sources.iter().map(InputReport::new).collect();
     let n_solids: Vec<usize> = sources.iter().map(|source| source.contents.solids.len()).collect();
     let mut clock = Instant::now();
-    let prepared = prepare(job, sources)?;
+    let prepared = prepare(job, sources)?.halved(job, options.halved)?;
     check(&prepared)?;
     let lines = lap(&mut clock);
     control.rest().await?;

@@ -104,6 +104,7 @@ mod plates;
 mod points;
 mod properties;
 mod public_api;
+mod refine;
 #[cfg(feature = "cli")]
 mod reports;
 mod scene;

@@ -71,6 +71,7 @@ const CASES: &[(&str, &str)] = &[
     ("in.stl", "mesh --job j.json --dump-job OUT"),
     ("in.svg", "estimate IN -o OUT"),
     ("in.svg", "converge IN --sizes 4 -o OUT"),
+    ("in.npz", "refine IN --levels 1 -o OUT"),
     ("m.hxc", "convert IN OUT"),
     ("m.hxc", "diff m.hxc IN -o OUT"),
     ("m.hxc", "diff IN m.vtp -o OUT"),

@@ -9,6 +9,7 @@ pub mod bits;
 #[doc(hidden)]
 pub mod cells;
 pub mod column_file;
+mod leaves;
 #[doc(hidden)]
 pub mod measured;
 pub mod npy;
@@ -38,6 +39,7 @@ use hexcast_derived::mesh::Mesh;
 
 pub use archive::{Array, write_arrays};
 use cells::{Cells, Numbers};
+pub use leaves::write_leaves;
 pub use measured::conformal::write_conformal;
 pub use measured::distance::write_distance;
 pub use measured::fractions::write_fractions;

@@ -58,6 +58,7 @@ mod commands {
     pub(crate) mod parts;
     pub(crate) mod picture_outputs;
     pub(crate) mod pictures;
+    pub(crate) mod refine;
     pub(crate) mod verify;
     pub(crate) mod verify_store;
 }
@@ -90,6 +91,7 @@ enum Command {
     Adapters(commands::adapters::Arguments),
     Convert(commands::convert::Arguments),
     Converge(commands::converge::Arguments),
+    Refine(commands::refine::Arguments),
     Slice(commands::pictures::SliceArguments),
     View(commands::pictures::ViewArguments),
     Diff(commands::diff::Arguments),
@@ -152,6 +154,7 @@ fn run(command: Command, token: &CancelToken) -> Result<ExitCode> {
         Command::Adapters(arguments) => commands::adapters::run(&arguments),
         Command::Convert(arguments) => commands::convert::run(&arguments, token),
         Command::Converge(arguments) => commands::converge::run(&arguments, token),
+        Command::Refine(arguments) => commands::refine::run(&arguments, token),
         Command::Slice(arguments) => commands::pictures::slice(&arguments, token),
         Command::View(arguments) => commands::pictures::view_mesh(&arguments, token),
         Command::Completions { shell } => {

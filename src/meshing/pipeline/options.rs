@@ -44,6 +44,8 @@ pub struct MeshOptions {
     /// Most bytes of buffers on a GPU, at least 2^20; None for all that it has. Where the GPU uses the host's memory they count
     /// against the job's `max_memory`, too.
     pub max_device_bytes: Option<u64>,
+    /// How often the cells of the job are halved along each axis.
+    pub(crate) halved: u32,
 }
 
 impl MeshOptions {

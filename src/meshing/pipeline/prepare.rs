@@ -145,6 +145,21 @@ fn lines_around(geometries: &[Geometry], job: &GradedJob, domain: &Domain) -> Re
 }
 
 impl Prepared {
+    /// The same with cells that are halved so often along each axis; of whole boxes alone.
+    ///
+    /// # Errors
+    /// Those of [`Lines::halved`], [`check_n_cells`], and the limits of [`Frame::new`](hexcast_core::grid::frame::Frame::new).
+    pub(super) fn halved(self, job: &Job, times: u32) -> Result<Prepared> {
+        if times == 0 {
+            return Ok(self);
+        }
+        let whole = self.whole.halved(times)?;
+        check_limits(&self.geometries, &whole)?;
+        check_n_cells(job, &whole)?;
+        let rays = Rays::new(axis(job, &whole, None), whole.dims());
+        Ok(Prepared { lines: whole.clone(), whole, rays, ..self })
+    }
+
     /// The window or part without its halo, or all cells.
     pub(super) fn cells(&self) -> [[u32; 3]; 2] {
         self.asked.unwrap_or([[0; 3], self.whole.dims()])

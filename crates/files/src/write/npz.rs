@@ -8,14 +8,14 @@ use super::{Options, Sink, npy, ordered};
 use hexcast_core::base::control::Control;
 use hexcast_core::base::error::Result;
 use hexcast_core::cells::flags::{CellBox, slabs_of_box};
-use hexcast_core::grid::lines::AXES;
+use hexcast_core::grid::lines::{AXES, Lines};
 use hexcast_derived::mesh::Mesh;
 
 /// The lines of each axis.
-pub(super) fn lines(mesh: &Mesh) -> [Array<'_>; 3] {
+pub(super) fn lines(lines: &Lines) -> [Array<'_>; 3] {
     [0, 1, 2].map(|axis: usize| {
-        let all = move |_| Ok(mesh.lines().list(axis).iter().flat_map(|line| line.to_le_bytes()).collect());
-        Array::new((AXES[axis], "<f8"), &[u64::from(mesh.dims()[axis]) + 1], 1, all)
+        let all = move |_| Ok(lines.list(axis).iter().flat_map(|line| line.to_le_bytes()).collect());
+        Array::new((AXES[axis], "<f8"), &[u64::from(lines.dims()[axis]) + 1], 1, all)
     })
 }
 
@@ -54,7 +54,7 @@ pub(super) fn several_in_boxes<'a>(
 /// Writes the archive.
 pub(super) async fn write(mesh: &Mesh, options: &Options, sink: &mut Sink<'_>, control: &Control) -> Result<()> {
     let mut archive = Archive::new(options.compress, Buffer::default());
-    for array in &lines(mesh) {
+    for array in &lines(mesh.lines()) {
         archive.add(array, sink, control).await?;
     }
     let mut entry = archive.begin("flag", &npy::header(mesh.dims(), options))?;

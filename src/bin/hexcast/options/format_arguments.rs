@@ -305,7 +305,7 @@ fn map(text: &str) -> std::result::Result<Map, String> {
     Ok(Map(map))
 }
 
-fn compression(text: &str) -> std::result::Result<Compress, String> {
+pub(crate) fn compression(text: &str) -> std::result::Result<Compress, String> {
     match text.parse() {
         Ok(level @ 1..=9) => Ok(Compress::Zlib(level)),
         _ if text == "none" => Ok(Compress::None),

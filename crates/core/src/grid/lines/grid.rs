@@ -76,6 +76,30 @@ impl Lines {
         Lines { lists: Some(Arc::new(lists)), ..self.clone() }
     }
 
+    /// The lines of cells that are halved so often along each axis; all of these lines are among them.
+    ///
+    /// # Errors
+    /// `too-many-cells` where an axis would have 2^32 cells; those of [`Lines::new`] and [`Lines::from_lists`].
+    pub fn halved(&self, times: u32) -> Result<Lines> {
+        let times_more = 1_u32.checked_shl(times).unwrap_or(0);
+        let dims = self.dims.map(|n| n.checked_mul(times_more).filter(|n| *n > 0));
+        let [Some(nx), Some(ny), Some(nz)] = dims else {
+            let message = format!("{:?} cells that are halved {times} times along each axis", self.dims);
+            return Err(Error::new("too-many-cells", message, "halve them less often, or begin with fewer"));
+        };
+        let parts = f64::from(times_more);
+        let Some(lists) = self.lists() else {
+            return Lines::new(self.origin, self.unit.map(|size| size / parts), [nx, ny, nz]);
+        };
+        Lines::from_lists([0, 1, 2].map(|axis: usize| {
+            let within = |ends: &[f64]| {
+                let [low, size] = [ends[0], ends[1] - ends[0]];
+                (0..times_more).map(move |part| low + size * f64::from(part) / parts)
+            };
+            lists[axis].windows(2).flat_map(within).chain(lists[axis].last().copied()).collect()
+        }))
+    }
+
     /// Whether the cells of an axis differ in size.
     pub fn is_graded(&self) -> bool {
         self.lists().is_some()

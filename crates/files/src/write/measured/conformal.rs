@@ -28,7 +28,7 @@ pub fn arrays<'a>(conformal: &'a Conformal, mesh: &'a Mesh) -> Vec<Array<'a>> {
             npz::boxes((part.name, "<f8"), part.dims(), AT_ONCE, move |some| part.fractions(some).map(bytes))
         })
         .collect();
-    arrays.extend(npz::lines(mesh));
+    arrays.extend(npz::lines(mesh.lines()));
     arrays.push(Array::of_list(("origin", "<i4"), &conformal.origin, |n, out| out.extend((*n as i32).to_le_bytes())));
     arrays.push(Array::new(("dt_factor", "<f8"), &[], 1, |_| Ok(conformal.dt_factor.to_le_bytes().to_vec())));
     arrays

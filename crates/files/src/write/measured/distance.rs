@@ -28,7 +28,7 @@ pub fn write_distance(distance: &Distance, mesh: &Mesh, compress: Compress, out:
 /// The arrays of the archive.
 pub fn arrays<'a>(distance: &'a Distance, mesh: &'a Mesh) -> Vec<Array<'a>> {
     let mut arrays = vec![npz::boxes(("distance", "<f8"), distance.dims(), AT_ONCE, |some| bytes(distance, some))];
-    arrays.extend(npz::lines(mesh));
+    arrays.extend(npz::lines(mesh.lines()));
     arrays.push(Array::of_list(("origin", "<i4"), &distance.origin, |n, out| out.extend((*n as i32).to_le_bytes())));
     arrays.push(Array::new(("width", "<f8"), &[], 1, |_| Ok(distance.width.to_le_bytes().to_vec())));
     arrays

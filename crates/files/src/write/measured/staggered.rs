@@ -27,7 +27,7 @@ pub fn arrays<'a>(staggered: &'a Staggered, mesh: &'a Mesh) -> Vec<Array<'a>> {
         .map(|((name, _), points)| npz::flags(name, points.dims(), AT_ONCE, |some| points.flags(some)))
         .collect();
     arrays.push(npz::flags("cell", mesh.dims(), AT_ONCE, |some| mesh.box_flags(some)));
-    arrays.extend(npz::lines(mesh));
+    arrays.extend(npz::lines(mesh.lines()));
     arrays.push(Array::of_list(("origin", "<i4"), &staggered.origin, |n, out| out.extend((*n as i32).to_le_bytes())));
     let sheet = |named, put| Array::of_list(named, &staggered.sheets, put);
     arrays.extend([

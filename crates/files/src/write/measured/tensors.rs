@@ -29,7 +29,7 @@ pub fn arrays<'a>(tensors: &'a Tensors, mesh: &'a Mesh) -> Vec<Array<'a>> {
             npz::several_in_boxes((part.name, "<f8"), (part.dims(), &[6]), AT_ONCE, bytes)
         })
         .collect();
-    arrays.extend(npz::lines(mesh));
+    arrays.extend(npz::lines(mesh.lines()));
     arrays.push(Array::of_list(("origin", "<i4"), &tensors.origin, |n, out| out.extend((*n as i32).to_le_bytes())));
     arrays
 }
