@@ -14,7 +14,7 @@ use hexcast_core::base::control::{Control, at_once};
 use hexcast_core::base::error::{Error, Result};
 use hexcast_core::base::parallel::*;
 use hexcast_core::base::sort::sort_by_key;
-use hexcast_core::cells::columns::{Band, Columns, ColumnsBuilder, Named, run, run_cell, run_flag};
+use hexcast_core::cells::columns::{Band, Columns, ColumnsBuilder, Named, for_differing, run};
 use hexcast_core::cells::flags::flags_of_box;
 use hexcast_core::grid::rays::Rays;
 use hexcast_core::set;
@@ -189,26 +189,6 @@ fn runs_of(columns: &Columns, rays: Rays, range: std::ops::Range<u64>) -> Result
         next += u64::from(n);
     }
     Ok(band)
-}
-
-/// Calls `found` with every span of cells of a ray in which two lists of runs have different flags.
-fn for_differing(one: &[u32], other: &[u32], depth: u32, mut found: impl FnMut(std::ops::Range<u32>, [u8; 2])) {
-    let (mut lists, mut flags, mut at) = ([one, other], [0; 2], 0);
-    while at < depth {
-        let mut end = depth;
-        for (runs, flag) in lists.iter_mut().zip(&mut flags) {
-            while let [first, rest @ ..] = *runs
-                && run_cell(*first) <= at
-            {
-                (*flag, *runs) = (run_flag(*first), rest);
-            }
-            end = end.min(runs.first().map_or(depth, |&next| run_cell(next)));
-        }
-        if flags[0] != flags[1] {
-            found(at..end, flags);
-        }
-        at = end;
-    }
 }
 
 #[cfg(test)]

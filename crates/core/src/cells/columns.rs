@@ -37,6 +37,8 @@ pub use file::head::Head;
 pub use file::head::Named;
 pub(crate) use packed_band::PackedBand;
 pub use piece_store::{PieceEntry, PieceStore};
+#[doc(hidden)]
+pub use run::for_differing;
 pub use run::spans;
 pub use run::{Band, CellRun, flag_at, run, run_cell, run_flag};
 #[doc(hidden)]

@@ -9,7 +9,8 @@
 //! R(l - 1) therefore is what the parents of R(l) and of all 26 cells around each of its cells are, and no more, but for what is asked for. Leaves of level l are the children of
 //! R(l - 1) without R(l); each has the flag that the mesh of its level has there.
 //!
-//! A cell is halved for what is at most 2 + 2/2^l of its edges away. So what lies in a window follows from it and three cells of level 0 around it.
+//! Whether a cell of level 0 is halved depends on cells of level l less than 1/2 + 1/4 + ... + 1/2^l of its edge away, and on flags at most 1/2^l further. So a window that is
+//! meshed with one cell of level 0 around it has the leaves of the whole in its own cells, however many levels there are.
 //!
 //! Source: ours; balanced as by Moore, "The cost of balancing generalized quadtrees" (1995). Cost: each row of cells and its neighbours are read once; 8 bytes a run.
 

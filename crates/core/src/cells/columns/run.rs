@@ -91,3 +91,24 @@ pub fn spans(runs: &[u32], along: &Range<u32>, mut found: impl FnMut(u32, u32, u
     }
     found(start, along.end, flag);
 }
+
+/// Calls `found` with every span of cells of a ray in which two lists of runs have different flags.
+#[doc(hidden)]
+pub fn for_differing(one: &[u32], other: &[u32], depth: u32, mut found: impl FnMut(Range<u32>, [u8; 2])) {
+    let (mut lists, mut flags, mut at) = ([one, other], [0; 2], 0);
+    while at < depth {
+        let mut end = depth;
+        for (runs, flag) in lists.iter_mut().zip(&mut flags) {
+            while let [first, rest @ ..] = *runs
+                && run_cell(*first) <= at
+            {
+                (*flag, *runs) = (run_flag(*first), rest);
+            }
+            end = end.min(runs.first().map_or(depth, |&next| run_cell(next)));
+        }
+        if flags[0] != flags[1] {
+            found(at..end, flags);
+        }
+        at = end;
+    }
+}

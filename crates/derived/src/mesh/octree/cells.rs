@@ -60,11 +60,16 @@ impl Cells {
     /// Adds the runs of a row of the level before: the parents of these cells, and of all that touch them.
     pub(super) fn add_parents(&self, [y, z]: [u32; 2], found: &mut Vec<[u32; 2]>) {
         let around = |at: u32, n: u32| (2 * at).saturating_sub(1)..(2 * at + 3).min(n);
+        let mut rows = [&[][..]; 16];
+        let mut n = 0;
         for plane in around(z, self.dims[2]) {
             for row in around(y, self.dims[1]) {
-                let runs = self.row([row, plane]).iter();
-                found.extend(runs.map(|[start, end]| [start.saturating_sub(1) / 2, (end + 2) / 2]));
+                rows[n] = self.row([row, plane]);
+                n += 1;
             }
+        }
+        if !add_hulls(&rows[..n], found) {
+            found.extend(rows[..n].iter().copied().flatten().map(|run| parents(*run)));
         }
     }
 
@@ -76,4 +81,32 @@ impl Cells {
     pub(super) fn n_bytes(&self) -> u64 {
         self.planes.iter().map(Plane::n_bytes).sum()
     }
+}
+
+/// The parents of the cells of a run and of one more at both ends.
+fn parents([start, end]: [u32; 2]) -> [u32; 2] {
+    [start.saturating_sub(1) / 2, (end + 2) / 2]
+}
+
+/// Adds the parents of runs where all rows have as many of them, and the first of all, longer by a cell at both ends, meet, and so the second, and so on; false, and nothing, where not.
+fn add_hulls(rows: &[&[[u32; 2]]], found: &mut Vec<[u32; 2]>) -> bool {
+    let n_runs = rows[0].len();
+    if rows.iter().any(|runs| runs.len() != n_runs) {
+        return false;
+    }
+    let n_found = found.len();
+    for at in 0..n_runs {
+        let [mut low, mut high] = [rows[0][at]; 2];
+        for runs in &rows[1..] {
+            let [start, end] = runs[at];
+            low = [low[0].min(start), low[1].min(end)];
+            high = [high[0].max(start), high[1].max(end)];
+        }
+        if high[0] > low[1] + 2 {
+            found.truncate(n_found);
+            return false;
+        }
+        found.push(parents([low[0], high[1]]));
+    }
+    true
 }

@@ -1,8 +1,24 @@
 //! Which cells are halved for what is asked for: at surfaces, and in boxes.
 
 use hexcast_core::base::error::Result;
-use hexcast_core::cells::columns::{Columns, run_cell, run_flag};
+use hexcast_core::cells::columns::{Columns, for_differing, run_cell, run_flag};
 use hexcast_core::cells::flags::CellBox;
+
+/// The rows of the children of a row among the planes and rows around them.
+const OWN: [[usize; 2]; 4] = [[1, 1], [1, 2], [2, 1], [2, 2]];
+/// Pairs of these that touch.
+const WITHIN: [[[usize; 2]; 2]; 4] = [[[1, 1], [1, 2]], [[2, 1], [2, 2]], [[1, 1], [2, 1]], [[1, 2], [2, 2]]];
+/// Each of these with those that touch it and are of other cells.
+const BESIDE: [[[usize; 2]; 2]; 8] = [
+    [[1, 1], [1, 0]],
+    [[1, 2], [1, 3]],
+    [[2, 1], [2, 0]],
+    [[2, 2], [2, 3]],
+    [[1, 1], [0, 1]],
+    [[1, 2], [0, 2]],
+    [[2, 1], [3, 1]],
+    [[2, 2], [3, 2]],
+];
 
 /// Which cells are halved.
 #[derive(Debug, Clone)]
@@ -87,31 +103,36 @@ impl OfPlane<'_> {
     fn add_surfaces(&self, y: u32, found: &mut Vec<[u32; 2]>) {
         let Marks { wanted, level, columns, .. } = self.marks;
         let nx = columns.dims()[0];
-        let is_asked = |one: u8, other: u8| {
-            wanted.level_of_flag[usize::from(one)].max(wanted.level_of_flag[usize::from(other)]) == *level
+        let is_asked = |[one, other]: [u8; 2]| {
+            one != other
+                && wanted.level_of_flag[usize::from(one)].max(wanted.level_of_flag[usize::from(other)]) == *level
         };
-        let rows = [0, 1, 2, 3].map(|plane| [0, 1, 2, 3].map(|row| self.row(plane, y, row)));
-        for plane in [1, 2] {
-            for row in [1, 2] {
-                let Some(runs) = rows[plane][row] else { continue };
-                let mut before = 0;
-                for &run in runs {
-                    let (cell, flag) = (run_cell(run), run_flag(run));
-                    if cell > 0 && is_asked(before, flag) {
-                        found.push([(cell - 1) / 2, cell / 2 + 1]);
-                    }
-                    before = flag;
+        let row = |[plane, row]: [usize; 2]| self.row(plane, y, row as u32);
+        let own = OWN.map(|at| row(at).unwrap_or_default());
+        let mut all = [&[][..]; 12];
+        let mut n = 0;
+        for runs in own.into_iter().chain(BESIDE.into_iter().filter_map(|pair| row(pair[1]))) {
+            all[n] = runs;
+            n += 1;
+        }
+        if add_shifted(&all[..n], nx, is_asked, found) {
+            return;
+        }
+        for runs in own {
+            let mut before = 0;
+            for &run in runs {
+                let (cell, flag) = (run_cell(run), run_flag(run));
+                if cell > 0 && is_asked([before, flag]) {
+                    found.push([(cell - 1) / 2, cell / 2 + 1]);
                 }
+                before = flag;
             }
         }
-        // pairs of rows that touch, one of which at least is of children of this row
-        let of_y = [0, 1, 2].into_iter().flat_map(|row| [1, 2].map(|plane| [[plane, row], [plane, row + 1]]));
-        let of_z = [0, 1, 2].into_iter().flat_map(|plane| [1, 2].map(|row| [[plane, row], [plane + 1, row]]));
-        for pair in of_y.chain(of_z) {
-            let [Some(one), Some(other)] = pair.map(|[plane, row]| rows[plane][row]) else { continue };
-            differences(one, other, nx, |start, end, flags| {
-                if is_asked(flags[0], flags[1]) {
-                    found.push([start / 2, end.div_ceil(2)]);
+        for pair in WITHIN.into_iter().chain(BESIDE) {
+            let [Some(one), Some(other)] = pair.map(row) else { continue };
+            for_differing(one, other, nx, |cells, flags| {
+                if is_asked(flags) {
+                    found.push([cells.start / 2, cells.end.div_ceil(2)]);
                 }
             });
         }
@@ -127,24 +148,35 @@ impl OfPlane<'_> {
     }
 }
 
-/// Where two rows of cells have other flags: the first cell, the end, and both flags.
-fn differences(one: &[u32], other: &[u32], nx: u32, mut found: impl FnMut(u32, u32, [u8; 2])) {
-    if one == other {
-        return;
+/// Adds the cells with a child at a surface where all rows, the first four of which are those of the children, have the same runs, shifted by less than a run; false, and nothing, where
+/// they have not. Between the least and the greatest start of a run there is a surface in each cell, as each row touches another of these.
+fn add_shifted(rows: &[&[u32]], nx: u32, is_asked: impl Fn([u8; 2]) -> bool, found: &mut Vec<[u32; 2]>) -> bool {
+    let n_runs = rows[0].len();
+    if rows.iter().any(|runs| runs.len() != n_runs) {
+        return false;
     }
-    let (mut start, mut flags) = (0, [0; 2]);
-    let mut rest = [one, other];
-    while start < nx {
-        let next = rest.map(|runs| runs.first().map_or(nx, |run| run_cell(*run)));
-        let end = next[0].min(next[1]);
-        if start < end && flags[0] != flags[1] {
-            found(start, end, flags);
+    let n_found = found.len();
+    let (mut last_flag, mut last_end) = (0, 0);
+    for at in 0..n_runs {
+        let first = rows[0][at];
+        // of runs with one flag the packed ones have the order of their cells
+        let (mut low, mut high, mut differ) = (first, first, 0);
+        for runs in &rows[1..4] {
+            (low, high, differ) = (low.min(runs[at]), high.max(runs[at]), differ | (runs[at] ^ first));
         }
-        for side in [0, 1] {
-            if let Some((&run, behind)) = rest[side].split_first().filter(|(run, _)| run_cell(**run) == end) {
-                (flags[side], rest[side]) = (run_flag(run), behind);
-            }
+        let own = [run_cell(low).saturating_sub(1), (run_cell(high) + 1).min(nx)];
+        for runs in &rows[4..] {
+            (low, high, differ) = (low.min(runs[at]), high.max(runs[at]), differ | (runs[at] ^ first));
         }
-        start = end;
+        let ([start, end], flag) = ([low, high].map(run_cell), run_flag(first));
+        if run_flag(differ) != 0 || start < last_end || start == 0 && end > 0 {
+            found.truncate(n_found);
+            return false;
+        }
+        if end > 0 && is_asked([last_flag, flag]) {
+            found.push([start.min(own[0]) / 2, end.max(own[1]).div_ceil(2)]);
+        }
+        (last_flag, last_end) = (flag, end);
     }
+    true
 }

@@ -185,6 +185,34 @@ fn leaves_are_those_of_a_tree_of_single_cells() {
     }
 }
 
+/// A window with one cell of level 0 around it.
+#[test]
+fn leaves_of_a_window_are_those_of_the_whole() {
+    let centres = [[2.6, 2.4, 2.2], [4.8, 1.2, 3.3], [1.1, 3.6, 0.7], [6.2, 4.4, 1.4]];
+    let flag = |at: [f64; 3]| {
+        let is_in = |centre: &[f64; 3]| (0..3).map(|axis| (at[axis] - centre[axis]).powi(2)).sum::<f64>() < 0.3;
+        centres.iter().position(is_in).map_or(0, |index| index as u8 + 1)
+    };
+    for n_levels in 1..=4_u8 {
+        let wanted = Wanted::surfaces(n_levels);
+        let whole = found(&tree_of(&levels_of([7, 5, 4], n_levels.into(), flag), &wanted));
+        for window in [[2_u32..4, 1..3, 1..3], [1..5, 2..3, 2..4], [0..2, 0..5, 0..1], [6..7, 4..5, 1..3]] {
+            let low = [0, 1, 2].map(|axis: usize| window[axis].start.saturating_sub(1));
+            let end = [0, 1, 2].map(|axis: usize| (window[axis].end + 1).min([7, 5, 4][axis]));
+            let dims = [0, 1, 2].map(|axis| end[axis] - low[axis]);
+            let within = |at: [f64; 3]| flag([0, 1, 2].map(|axis| at[axis] + f64::from(low[axis])));
+            let of_window = found(&tree_of(&levels_of(dims, n_levels.into(), within), &wanted));
+            let is_in = |level: u8, cell: [u32; 3]| (0..3).all(|axis| window[axis].contains(&(cell[axis] >> level)));
+            let moved = of_window
+                .into_iter()
+                .map(|(level, cell, flag)| (level, [0, 1, 2].map(|axis| cell[axis] + (low[axis] << level)), flag));
+            let moved: Vec<Leaf> = moved.filter(|(level, cell, _)| is_in(*level, *cell)).collect();
+            let expected: Vec<Leaf> = whole.iter().copied().filter(|(level, cell, _)| is_in(*level, *cell)).collect();
+            assert!(moved == expected, "{n_levels} levels, {window:?}");
+        }
+    }
+}
+
 #[test]
 fn what_cannot_be_is_refused() {
     let levels = levels_of([4, 3, 2], 1, |_| 0);
