@@ -18,17 +18,9 @@ pub(super) struct Plane {
 }
 
 impl Plane {
-    /// Adds a row: runs in any order, which may meet, cut to so many cells.
-    pub(super) fn add(&mut self, found: &mut [[u32; 2]], nx: u32) {
-        let first = self.runs.len();
-        found.sort_unstable();
-        for &mut [start, end] in found {
-            let end = end.min(nx);
-            match self.runs[first..].last_mut() {
-                Some(last) if start <= last[1] => last[1] = last[1].max(end),
-                _ => self.runs.push([start, end]),
-            }
-        }
+    /// Adds a row: runs that are sorted and do not touch, cut to so many cells.
+    pub(super) fn add(&mut self, found: &[[u32; 2]], nx: u32) {
+        self.runs.extend(found.iter().map(|[start, end]| [*start, nx.min(*end)]));
         self.n_rows += 1;
         if !self.runs.is_empty() {
             // of rows before the first run, too
@@ -60,16 +52,11 @@ impl Cells {
     /// Adds the runs of a row of the level before: the parents of these cells, and of all that touch them.
     pub(super) fn add_parents(&self, [y, z]: [u32; 2], found: &mut Vec<[u32; 2]>) {
         let around = |at: u32, n: u32| (2 * at).saturating_sub(1)..(2 * at + 3).min(n);
-        let mut rows = [&[][..]; 16];
-        let mut n = 0;
         for plane in around(z, self.dims[2]) {
             for row in around(y, self.dims[1]) {
-                rows[n] = self.row([row, plane]);
-                n += 1;
+                let mut at = 0;
+                self.row([row, plane]).iter().for_each(|run| unite(found, &mut at, parents(*run)));
             }
-        }
-        if !add_hulls(&rows[..n], found) {
-            found.extend(rows[..n].iter().copied().flatten().map(|run| parents(*run)));
         }
     }
 
@@ -88,25 +75,16 @@ fn parents([start, end]: [u32; 2]) -> [u32; 2] {
     [start.saturating_sub(1) / 2, (end + 2) / 2]
 }
 
-/// Adds the parents of runs where all rows have as many of them, and the first of all, longer by a cell at both ends, meet, and so the second, and so on; false, and nothing, where not.
-fn add_hulls(rows: &[&[[u32; 2]]], found: &mut Vec<[u32; 2]>) -> bool {
-    let n_runs = rows[0].len();
-    if rows.iter().any(|runs| runs.len() != n_runs) {
-        return false;
-    }
-    let n_found = found.len();
-    for at in 0..n_runs {
-        let [mut low, mut high] = [rows[0][at]; 2];
-        for runs in &rows[1..] {
-            let [start, end] = runs[at];
-            low = [low[0].min(start), low[1].min(end)];
-            high = [high[0].max(start), high[1].max(end)];
+/// Adds a run to others, which are sorted and do not touch, from one of these on; where that is becomes the place of the run.
+pub(super) fn unite(all: &mut Vec<[u32; 2]>, from: &mut usize, [start, end]: [u32; 2]) {
+    let at = *from + all[*from..].iter().take_while(|run| run[1] < start).count();
+    let n_met = all[at..].iter().take_while(|run| run[0] <= end).count();
+    *from = at;
+    match n_met {
+        0 => all.insert(at, [start, end]),
+        _ => {
+            all[at] = [start.min(all[at][0]), end.max(all[at + n_met - 1][1])];
+            all.drain(at + 1..at + n_met);
         }
-        if high[0] > low[1] + 2 {
-            found.truncate(n_found);
-            return false;
-        }
-        found.push(parents([low[0], high[1]]));
     }
-    true
 }

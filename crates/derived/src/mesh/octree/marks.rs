@@ -1,5 +1,6 @@
 //! Which cells are halved for what is asked for: at surfaces, and in boxes.
 
+use super::cells::unite;
 use hexcast_core::base::error::Result;
 use hexcast_core::cells::columns::{Columns, for_differing, run_cell, run_flag};
 use hexcast_core::cells::flags::CellBox;
@@ -85,18 +86,18 @@ impl Marks<'_> {
 }
 
 impl OfPlane<'_> {
-    /// Adds the cells of a row that are halved, as runs in any order.
+    /// Finds the cells of a row that are halved, as runs that are sorted and do not touch; `found` is empty.
     pub(super) fn add(&mut self, [y, z]: [u32; 2], found: &mut Vec<[u32; 2]>) {
         let Marks { wanted, level, has_surfaces, .. } = *self.marks;
+        if has_surfaces {
+            self.add_surfaces(y, found);
+        }
         // cells of level 0 in one of this level
         let shift = u32::from(level) - 1;
         for (of, _) in wanted.boxes.iter().filter(|(_, finest)| *finest >= level) {
             if of[1].contains(&(y >> shift)) && of[2].contains(&(z >> shift)) {
-                found.push([of[0].start << shift, of[0].end << shift]);
+                unite(found, &mut 0, [of[0].start << shift, of[0].end << shift]);
             }
-        }
-        if has_surfaces {
-            self.add_surfaces(y, found);
         }
     }
 
@@ -119,20 +120,21 @@ impl OfPlane<'_> {
             return;
         }
         for runs in own {
-            let mut before = 0;
+            let (mut before, mut at) = (0, 0);
             for &run in runs {
                 let (cell, flag) = (run_cell(run), run_flag(run));
                 if cell > 0 && is_asked([before, flag]) {
-                    found.push([(cell - 1) / 2, cell / 2 + 1]);
+                    unite(found, &mut at, [(cell - 1) / 2, cell / 2 + 1]);
                 }
                 before = flag;
             }
         }
         for pair in WITHIN.into_iter().chain(BESIDE) {
             let [Some(one), Some(other)] = pair.map(row) else { continue };
+            let mut at = 0;
             for_differing(one, other, nx, |cells, flags| {
                 if is_asked(flags) {
-                    found.push([cells.start / 2, cells.end.div_ceil(2)]);
+                    unite(found, &mut at, [cells.start / 2, cells.end.div_ceil(2)]);
                 }
             });
         }
@@ -155,8 +157,7 @@ fn add_shifted(rows: &[&[u32]], nx: u32, is_asked: impl Fn([u8; 2]) -> bool, fou
     if rows.iter().any(|runs| runs.len() != n_runs) {
         return false;
     }
-    let n_found = found.len();
-    let (mut last_flag, mut last_end) = (0, 0);
+    let (mut last_flag, mut last_end, mut place) = (0, 0, 0);
     for at in 0..n_runs {
         let first = rows[0][at];
         // of runs with one flag the packed ones have the order of their cells
@@ -170,11 +171,11 @@ fn add_shifted(rows: &[&[u32]], nx: u32, is_asked: impl Fn([u8; 2]) -> bool, fou
         }
         let ([start, end], flag) = ([low, high].map(run_cell), run_flag(first));
         if run_flag(differ) != 0 || start < last_end || start == 0 && end > 0 {
-            found.truncate(n_found);
+            found.clear();
             return false;
         }
         if end > 0 && is_asked([last_flag, flag]) {
-            found.push([start.min(own[0]) / 2, end.max(own[1]).div_ceil(2)]);
+            unite(found, &mut place, [start.min(own[0]) / 2, end.max(own[1]).div_ceil(2)]);
         }
         (last_flag, last_end) = (flag, end);
     }
