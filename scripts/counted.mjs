@@ -12,8 +12,10 @@ import { writeWave } from '../tests/e2e/wave.mjs';
 import { ROOT, run } from './run.mjs';
 
 const RECORD = path.join(ROOT, 'benches/counted.json');
-/** Most that a count may grow, or fall, before the record must be looked at. */
-const TOLERANCE = 0.1;
+/** Most that a count may grow before the record must be looked at. */
+const GROWTH = 0.1;
+/** Most that it may fall. More: what the compiler inlines in this build depends on code that a job never runs, and makes up to 14 % of a count. */
+const FALL = 0.2;
 const CPU = ['--backend', 'cpu', '--threads', '1', '--quiet'];
 
 /** Jobs by what they are: points around the axis of the model, and arguments; OUT is a folder. @type {Record<string, [number, string[]]>} */
@@ -63,7 +65,7 @@ export async function testCounted() {
     text: `${what}: ${counts[what]} instructions, ${record[what]} recorded`,
   }));
   // what is not a number is outside, too
-  const outside = rows.filter(({ change }) => !(Math.abs(change) <= TOLERANCE));
+  const outside = rows.filter(({ change }) => !(change <= GROWTH && change >= -FALL));
   if (outside.length > 0) {
     const hint =
       'Find the cause; where the change is meant, or Rust is another version, HEXCAST_BLESS=1 node scripts/counted.mjs writes the record';
