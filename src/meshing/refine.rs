@@ -5,13 +5,12 @@
 use hexcast_core::base::control::Control;
 use hexcast_core::base::error::{Error, Result};
 use hexcast_core::base::finding::Finding;
-use hexcast_core::cells::columns::Columns;
 use hexcast_core::grid::lines::{AXES, Lines};
 use hexcast_core::input::job::{AxisChoice, ByteSize, Job};
 use hexcast_core::input::sources::Source;
 use hexcast_core::set;
-use hexcast_derived::mesh::Named;
 use hexcast_derived::mesh::octree::{MAX_LEVELS, Octree, Wanted};
+use hexcast_derived::mesh::{Mesh, Named};
 
 use crate::meshing::pipeline::{self, DEFAULT_MAX_BYTES, Engine, MeshOptions};
 
@@ -63,34 +62,32 @@ pub async fn refine(
 ) -> Result<Refined> {
     check(job, how)?;
     let max_bytes = job.max_memory.map_or(DEFAULT_MAX_BYTES, |size| size.0);
-    let mut levels: Vec<Columns> = Vec::new();
-    let (mut lines, mut first) = (None, None);
+    let (mut meshes, mut findings): (Vec<Mesh>, _) = (Vec::new(), Vec::new());
     for level in (0..=u32::from(how.levels)).rev() {
         let is_finest = level == u32::from(how.levels);
-        let left = left(max_bytes, &levels);
-        let max_memory = job.max_memory.map(|_| ByteSize(left));
+        let max_memory = job.max_memory.map(|_| ByteSize(left(max_bytes, &meshes)));
         // what a warning says of the finest cells is not said of others
         let job = set!(Job { axis: AxisChoice::X, quick: job.quick || !is_finest, max_memory, ..job.clone() });
         let options = MeshOptions { halved: level, ..MeshOptions::default() };
         let (mesh, facts) = pipeline::mesh(&job, sources.to_vec(), &options, engine, control).await?;
         if is_finest {
-            first = Some((mesh.names().to_vec(), mesh.unit().map(String::from), facts.findings));
+            findings = facts.findings;
         }
-        lines = Some(mesh.lines().clone());
-        levels.push(mesh.columns().clone());
+        meshes.push(mesh);
     }
-    levels.reverse();
-    // there is a level at least
-    let (Some(lines), Some((names, unit, findings))) = (lines, first) else { return Err(Error::Cancelled) };
+    meshes.reverse();
+    let (lines, finest) = (meshes[0].lines().clone(), &meshes[meshes.len() - 1]);
+    let (names, unit) = (finest.names().to_vec(), finest.unit().map(String::from));
     let wanted = wanted(how, &lines)?;
-    let left = left(max_bytes, &levels);
-    let octree = Octree::new(levels, &wanted, left, control).await?;
+    let left = left(max_bytes, &meshes);
+    let columns = meshes.iter().map(|mesh| mesh.columns().clone()).collect();
+    let octree = Octree::new(columns, &wanted, left, control).await?;
     Ok(Refined { octree, lines, names, unit, findings })
 }
 
-/// What is left of memory beside columns.
-fn left(max_bytes: u64, levels: &[Columns]) -> u64 {
-    max_bytes.saturating_sub(levels.iter().map(Columns::n_bytes).sum())
+/// What is left of memory beside meshes.
+fn left(max_bytes: u64, meshes: &[Mesh]) -> u64 {
+    max_bytes.saturating_sub(meshes.iter().map(|mesh| mesh.columns().n_bytes()).sum())
 }
 
 fn check(job: &Job, how: &Refinement) -> Result<()> {

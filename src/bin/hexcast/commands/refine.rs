@@ -13,7 +13,7 @@ use serde_json::json;
 
 use crate::files::{output_file::PendingFile, reading::read_job_files};
 use crate::options::arguments::{JobArguments, number};
-use crate::options::format_arguments::compression;
+use crate::options::format_arguments::{DEFAULT_COMPRESS, compression};
 use crate::screen::{progress::Progress, terminal};
 
 const EXAMPLES: &str = "\
@@ -78,7 +78,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     })?;
     refined.findings.iter().for_each(terminal::warn_of);
     if let Some(file) = output {
-        let compress = arguments.compress.unwrap_or(Compress::Zlib(6));
+        let compress = arguments.compress.unwrap_or(DEFAULT_COMPRESS);
         file.fill(|out| write_leaves(&refined.octree, &refined.lines, compress, out))?;
         file.persist()?;
     }

@@ -62,7 +62,7 @@ pub(crate) enum Hash {
 }
 
 /// zlib level where the caller does not say: files a quarter as large as at 1, in twice the time, and little larger than at 9.
-const DEFAULT_COMPRESS: Compress = Compress::Zlib(6);
+pub(crate) const DEFAULT_COMPRESS: Compress = Compress::Zlib(6);
 
 impl FormatArguments {
     /// Says which flags a map makes the same as others that keep their number: it may have been meant, or one was forgotten.
