@@ -83,7 +83,7 @@ impl Blocks {
     }
 }
 
-/// Bytes that are deflated by themselves. They cost 0.1 to 0.3 % more than in one piece.
+/// Bytes that are deflated by themselves. 433 MB of fractions took 1e-5 more than in one piece.
 const BLOCK: usize = 1 << 18;
 /// Such blocks that a core gets at a time.
 const OF_CORE: usize = 4;
