@@ -175,7 +175,7 @@ impl RawMesh {
         };
         run(py, None, |control| write::zarr::write_part(&self.mesh, &self.place, &options, &keep, control, |_| ()))?;
         let mut files = files.into_inner().unwrap_or_else(PoisonError::into_inner);
-        files.sort_by_key(|(key, _)| (key.starts_with(Stored::SHARDS), key.clone()));
+        files.sort_by_key(|(key, _)| (Stored::is_of_shard(key), key.clone()));
         Ok(files.into_iter().map(|(key, value)| (key, PyBytes::new(py, &value))).collect())
     }
 }

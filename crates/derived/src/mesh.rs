@@ -4,6 +4,7 @@
 //! in file order, `flags[x + nx * (y + ny * z)]`, one slab ahead of the consumer.
 //! Cost: two slabs of memory; expansion runs at the speed of memory, beside the consumer.
 
+pub mod level;
 pub mod octree;
 pub mod outline;
 

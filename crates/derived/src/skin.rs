@@ -17,16 +17,15 @@ use std::ops::Range;
 use hexcast_core::base::parallel::*;
 
 use crate::mesh::Mesh;
+use crate::mesh::level::{Level, Levels, ROWS, by_rarity};
 use hexcast_core::base::control::{Control, at_once};
 use hexcast_core::base::error::{Error, Result};
 use hexcast_core::cells::flags::CellBox;
 
 mod faces;
-mod level;
 mod slice;
 
 use faces::{Quad, Sweep, row_faces};
-use level::{Level, ROWS, by_rarity};
 
 pub use slice::{Slice, slice};
 
@@ -116,7 +115,7 @@ pub async fn skin_with_rests(mesh: &Mesh, max_quads: usize, cells: Option<CellBo
             return Ok(Skin { step: level.step, n_faces, parts: parts(mesh, &cells, level.step, &quads) });
         }
         let order = order.get_or_insert_with(|| by_rarity(&mesh.columns));
-        level = level.coarser(order, control).await?;
+        level = level.coarser(order, Levels::Any, control).await?;
     }
 }
 

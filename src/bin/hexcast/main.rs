@@ -208,6 +208,8 @@ mod tests {
             ("absorbing", "graded"),
             ("zarr-chunks", "zarr"),
             ("zarr-shards", "zarr"),
+            ("zarr-levels", "zarr"),
+            ("zarr-sparse", "zarr"),
             ("links", "links_output"),
             ("stencil", "links"),
             ("fluid", "links"),

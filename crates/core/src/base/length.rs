@@ -5,21 +5,23 @@
 pub struct Length {
     times: f64,
     over: f64,
+    /// Its name in UDUNITS, if it has one there.
+    udunits: Option<&'static str>,
 }
 
-/// Names of units, and how many metres they are: the first number over the second.
-const UNITS: [(&[&str], f64, f64); 11] = [
-    (&["m", "metre", "metres", "meter", "meters"], 1.0, 1.0),
-    (&["dm"], 1.0, 1e1),
-    (&["cm"], 1.0, 1e2),
-    (&["mm", "millimetre", "millimetres", "millimeter", "millimeters"], 1.0, 1e3),
-    (&["um", "\u{b5}m", "\u{3bc}m", "micron", "microns"], 1.0, 1e6),
-    (&["nm"], 1.0, 1e9),
-    (&["km"], 1e3, 1.0),
-    (&["in", "inch", "inches"], 254.0, 1e4),
-    (&["ft", "foot", "feet"], 3048.0, 1e4),
-    (&["mil", "thou"], 254.0, 1e7),
-    (&["yd", "yard", "yards"], 9144.0, 1e4),
+/// Names of units, how many metres they are, the first number over the second, and their names in UDUNITS.
+const UNITS: [(&[&str], f64, f64, Option<&str>); 11] = [
+    (&["m", "metre", "metres", "meter", "meters"], 1.0, 1.0, Some("meter")),
+    (&["dm"], 1.0, 1e1, Some("decimeter")),
+    (&["cm"], 1.0, 1e2, Some("centimeter")),
+    (&["mm", "millimetre", "millimetres", "millimeter", "millimeters"], 1.0, 1e3, Some("millimeter")),
+    (&["um", "\u{b5}m", "\u{3bc}m", "micron", "microns"], 1.0, 1e6, Some("micrometer")),
+    (&["nm"], 1.0, 1e9, Some("nanometer")),
+    (&["km"], 1e3, 1.0, Some("kilometer")),
+    (&["in", "inch", "inches"], 254.0, 1e4, Some("inch")),
+    (&["ft", "foot", "feet"], 3048.0, 1e4, Some("foot")),
+    (&["mil", "thou"], 254.0, 1e7, None),
+    (&["yd", "yard", "yards"], 9144.0, 1e4, Some("yard")),
 ];
 
 impl Length {
@@ -27,7 +29,12 @@ impl Length {
     pub fn of_name(name: &str) -> Option<Length> {
         let name = name.trim();
         let known = UNITS.iter().find(|(names, ..)| names.contains(&name));
-        known.map(|&(_, times, over)| Length { times, over })
+        known.map(|&(_, times, over, udunits)| Length { times, over, udunits })
+    }
+
+    /// Its name in UDUNITS, such as "millimeter"; None for mil.
+    pub fn udunits(self) -> Option<&'static str> {
+        self.udunits
     }
 
     /// So many of this unit, in metres.

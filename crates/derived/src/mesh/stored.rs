@@ -52,7 +52,7 @@ fn bands() -> Vec<Band> {
     (0..SIDE).step_by(10).map(rows).collect()
 }
 
-fn mesh(max_bytes: u64, store: Option<Arc<dyn Store>>) -> Mesh {
+pub(super) fn mesh(max_bytes: u64, store: Option<Arc<dyn Store>>) -> Mesh {
     let dims = [SIDE, SIDE, DEPTH];
     let (rays, lines) = (Rays::new(2, dims), Lines::new([0.0; 3], [1.0; 3], dims).unwrap());
     let head = Head { identity: None, rays, zlib: false, lines: lines.clone(), unit: None, names: vec![] };

@@ -9,7 +9,7 @@
 
 use std::ops::Range;
 
-use super::level::Level;
+use crate::mesh::level::Level;
 use hexcast_core::cells::columns::{flag_at, run_cell, run_flag, spans};
 
 /// Neighbouring faces of one flag, in one plane, of one row.

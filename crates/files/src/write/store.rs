@@ -1,21 +1,24 @@
 //! Zarr v3, as files by their names: a group with a number for each cell as a sharded array, and the centres of the cells along each axis.
 //!
-//! Mesh, options -> names and bytes. The group holds `flag` (uint8, axes z, y, x), `solid` (float32) for fractions, or `distance` (float64), and `z`, `y`, `x` (float64),
+//! Mesh, options -> names and bytes. [`Store`] has the cells of one level. The group holds `flag` (uint8, axes z, y, x), `solid` (float32) for fractions, or `distance` (float64), and `z`, `y`, `x` (float64),
 //! the centres of the cells, so that xarray finds them as coordinates. Attributes of `flag`: `origin`, `spacing`, `unit`,
 //! `lines` (null past [`super::sidecar::MAX_LINES`] cells, as in the sidecar of `.raw`) and `flags` with their names.
 //!
+//! Coarser levels of the flags are such groups in `levels/1`, `levels/2` and so on, and the first group tells of all of them as OME-Zarr does.
+//!
 //! [`crate::shards`] chooses shards and their chunks. Chunks are compressed one by one; those without any flag are left out. Every shard is there,
-//! also one without flags, so that a missing one can be named. The bytes do not depend on the number of threads, nor on who writes which shard.
+//! also one without flags, so that a missing one can be named, unless the store is sparse. The bytes do not depend on the number of threads, nor on who writes which shard.
 //!
 //! Cost: the numbers of a row of chunks, twice, and what they compress to. Source: the Zarr v3 specification. Tests read the stores by the crate `zarrs`, which
 //! shares no code with this, and have it write the same bytes.
 
 mod metadata;
+mod ome;
 mod shard;
 
 use std::ops::Range;
 
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
 use super::archive::{Archive, Buffer};
 use super::{Compress, Options, Sink};
@@ -25,9 +28,13 @@ use hexcast_core::base::error::{Error, Result};
 use hexcast_core::cells::columns::Columns;
 use hexcast_core::cells::flags::{CellBox, flags_of_box};
 use hexcast_core::grid::lines::{AXES, Lines};
+use hexcast_core::input::job::ZarrJob;
+use hexcast_core::set;
+use hexcast_derived::mesh::level::Pyramid;
 use hexcast_derived::mesh::{Mesh, Named};
 pub(super) use metadata::sharded;
 use metadata::{Described, attributes, group, plain, text};
+use ome::{OmeLevel, ome};
 #[cfg(test)]
 pub(super) use shard::gzip;
 use shard::{Chunks, Row, Shard};
@@ -58,6 +65,8 @@ impl Place {
 
 /// The array of flags.
 const FLAG: &str = "flag";
+/// Cells along an axis of which no coarser level is made.
+const FEW: u32 = 64;
 
 /// A number for each cell.
 pub(crate) struct OfCells<'a> {
@@ -66,16 +75,19 @@ pub(crate) struct OfCells<'a> {
     pub(super) numbers: (&'static str, Value, usize),
     /// Rays of a cell, of fractions.
     pub(super) rays: Option<u32>,
-    /// The numbers of a box of cells, x fastest, little-endian.
+    /// The numbers of a box of cells, x fastest, little-endian; None where all are the number that is not stored.
     pub(super) of_box: Box<OfBox<'a>>,
 }
 
-pub(super) type OfBox<'a> = dyn Fn(&Columns, &CellBox) -> Result<Vec<u8>> + Sync + 'a;
+pub(super) type OfBox<'a> = dyn Fn(&Columns, &CellBox) -> Result<Option<Vec<u8>>> + Sync + 'a;
 
 impl<'a> OfCells<'a> {
     /// The flags.
     pub(crate) fn flags() -> OfCells<'a> {
-        let of_box = Box::new(|columns: &Columns, cells: &CellBox| flags_of_box(columns, cells));
+        let of_box = Box::new(|columns: &Columns, cells: &CellBox| match columns.has_flags(cells)? {
+            true => flags_of_box(columns, cells).map(Some),
+            false => Ok(None),
+        });
         OfCells { name: FLAG, numbers: ("uint8", json!(0), 1), rays: None, of_box }
     }
 }
@@ -84,53 +96,137 @@ impl<'a> OfCells<'a> {
 pub(super) struct Head<'a> {
     pub(super) whole: &'a Lines,
     pub(super) cells: &'a OfCells<'a>,
-    pub(super) shapes: Shards,
+    pub(super) zarr: ZarrJob,
     pub(super) compress: Compress,
     pub(super) names: &'a [Named],
     pub(super) unit: Option<&'a str>,
+}
+
+/// A group that says nothing.
+fn bare_group() -> Value {
+    json!({ "attributes": {}, "node_type": "group", "zarr_format": 3 })
+}
+
+/// The path of the group of a level, with a slash at its end.
+pub(super) fn group_of(level: usize) -> String {
+    if level == 0 { String::new() } else { format!("levels/{level}/") }
+}
+
+/// Shapes of the shards of all levels: those of the finest, as far as these have cells.
+fn zarr_of_levels(zarr: &ZarrJob, Shards { shard, chunk }: Shards) -> ZarrJob {
+    let shapes = ZarrJob::default();
+    set!(ZarrJob { chunks: Some(chunk), shards: Some(shard), sparse: zarr.sparse, ..shapes })
+}
+
+/// Refuses coarser levels of a part: a cell of theirs may have cells of other parts, and which flags are rare only the whole mesh knows.
+///
+/// # Errors
+/// `job-conflict`.
+#[doc(hidden)]
+pub fn check_levels_of_part(zarr: &ZarrJob) -> Result<()> {
+    if zarr.levels.is_none() {
+        return Ok(());
+    }
+    let message = "zarr.levels is given with a part of the mesh: coarser levels are made of the whole mesh";
+    Err(Error::new("job-conflict", message, "leave out zarr.levels (--zarr-levels), or mesh the whole in one run"))
+}
+
+/// Lines of the levels of a store: of its mesh alone, or also of coarser ones until no axis has more than 64 cells.
+///
+/// # Errors
+/// None but for a defect: coarser lines are fewer.
+pub(super) fn levels(whole: &Lines, zarr: &ZarrJob) -> Result<Vec<Lines>> {
+    let mut levels = vec![whole.clone()];
+    while let (Some(last), true) = (levels.last(), zarr.levels.is_some())
+        && last.dims().iter().any(|&n| n > FEW)
+    {
+        levels.push(last.doubled()?);
+    }
+    Ok(levels)
 }
 
 impl Head<'_> {
     /// The file by which others know that there is a store: it has what is said of all arrays, too.
     ///
     /// # Errors
-    /// `io`, none but for a defect.
+    /// Those of [`Shards::new`].
     pub(super) fn group(&self) -> Result<Vec<u8>> {
+        let levels = levels(self.whole, &self.zarr)?;
+        let mut arrays = Map::new();
+        for (level, lines) in levels.iter().enumerate() {
+            let of = self.of_level(lines)?;
+            let group_of_level = group_of(level);
+            if level == 1 {
+                arrays.insert("levels".into(), bare_group());
+            }
+            if level > 0 {
+                arrays.insert(group_of_level.trim_end_matches('/').into(), bare_group());
+            }
+            arrays.extend(of.arrays()?.into_iter().map(|(name, of)| (format!("{group_of_level}{name}"), of)));
+        }
+        let step = |level: usize| 2f64.powi(level as i32);
+        let of_level = |(level, lines)| OmeLevel {
+            path: format!("{}{}", group_of(level), self.cells.name),
+            lines,
+            step: step(level),
+        };
+        let of_levels: Vec<OmeLevel<'_>> = levels.iter().enumerate().map(of_level).collect();
+        let names = (self.cells.name == FLAG).then_some(self.names);
+        let ome = ome(self.cells.name, &of_levels, (names, self.unit), self.zarr.levels);
+        text(&group(&json!({ "ome": ome }), arrays))
+    }
+
+    /// What is said of each array of a level.
+    fn arrays(&self) -> Result<Vec<(&'static str, Value)>> {
         let centres = [0, 1, 2].map(|axis| (AXES[axis], self.centres_described(axis)));
-        let arrays = std::iter::once((self.cells.name, self.described())).chain(centres);
-        text(&group(arrays.map(|(name, of)| (name.to_string(), of)).collect()))
+        Ok(std::iter::once((self.cells.name, self.described()?)).chain(centres).collect())
+    }
+
+    fn of_level<'b>(&'b self, whole: &'b Lines) -> Result<Head<'b>> {
+        let zarr = zarr_of_levels(&self.zarr, Shards::new(self.whole.dims(), &self.zarr)?);
+        Ok(Head { whole, cells: self.cells, zarr, compress: self.compress, names: self.names, unit: self.unit })
     }
 
     /// The files that say what the store is, and the centres. The group is first.
     ///
     /// # Errors
-    /// `io`, none but for a defect.
+    /// Those of [`Shards::new`].
     pub(super) fn files(&self) -> Result<Vec<(String, Vec<u8>)>> {
-        let whole = self.whole;
         let mut files = vec![("zarr.json".to_string(), self.group()?)];
-        for (axis, name) in AXES.iter().enumerate() {
-            let centres = (0..whole.dims()[axis]).flat_map(|cell| whole.centre(axis, cell).to_le_bytes());
-            files.push((format!("{name}/zarr.json"), text(&self.centres_described(axis))?));
-            files.push((format!("{name}/c/0"), centres.collect()));
+        for (level, whole) in levels(self.whole, &self.zarr)?.iter().enumerate() {
+            let (group, of) = (group_of(level), self.of_level(whole)?);
+            if level == 1 {
+                files.push(("levels/zarr.json".into(), text(&bare_group())?));
+            }
+            if level > 0 {
+                files.push((format!("{group}zarr.json"), text(&bare_group())?));
+            }
+            for (axis, name) in AXES.iter().enumerate() {
+                let centres = (0..whole.dims()[axis]).flat_map(|cell| whole.centre(axis, cell).to_le_bytes());
+                files.push((format!("{group}{name}/zarr.json"), text(&of.centres_described(axis))?));
+                files.push((format!("{group}{name}/c/0"), centres.collect()));
+            }
+            files.push((format!("{group}{}/zarr.json", self.cells.name), text(&of.described()?)?));
         }
-        files.push((format!("{}/zarr.json", self.cells.name), text(&self.described())?));
         Ok(files)
     }
 
-    fn described(&self) -> Value {
-        let ([nx, ny, nz], [sx, sy, sz]) = (self.whole.dims().map(u64::from), self.shapes.shard.map(u64::from));
+    fn described(&self) -> Result<Value> {
+        let shapes = Shards::new(self.whole.dims(), &self.zarr)?;
+        let ([nx, ny, nz], [sx, sy, sz]) = (self.whole.dims().map(u64::from), shapes.shard.map(u64::from));
         let (data_type, fill, _) = self.cells.numbers.clone();
         let mut attributes = attributes((self.names, self.unit), self.whole, self.cells.name == FLAG);
         attributes.extend(self.cells.rays.map(|rays| ("rays".to_string(), json!(rays))));
-        Described {
+        attributes.extend(self.zarr.sparse.then(|| ("sparse".to_string(), json!(true))));
+        let described = Described {
             shape: vec![nz, ny, nx],
             numbers: (data_type, fill),
             file: vec![sz, sy, sx],
-            codecs: sharded(&self.shapes, self.compress),
+            codecs: sharded(&shapes, self.compress),
             attributes,
             axes: &["z", "y", "x"],
-        }
-        .json()
+        };
+        Ok(described.json())
     }
 
     /// The array of the centres of the cells along an axis, of one file.
@@ -152,12 +248,13 @@ impl Head<'_> {
 /// A shard of a part: its index on z, y, x, and its cells, counted from the first of the part.
 pub(super) type ShardOfPart = ([u64; 3], CellBox);
 
-/// The files of a store, or of a part of it.
+/// The files of a store, or of a part of it; of its finest level alone.
 pub struct Store<'a> {
     mesh: &'a Mesh,
     place: Place,
     cells: OfCells<'a>,
     compress: Compress,
+    zarr: ZarrJob,
     pub(super) shapes: Shards,
     pub(super) shards: Vec<ShardOfPart>,
 }
@@ -166,14 +263,20 @@ impl<'a> Store<'a> {
     /// Plans the files.
     ///
     /// # Errors
-    /// `job-conflict` for bits, which Zarr does not have, and where the mesh begins or ends within a shard; those of [`Shards::new`].
+    /// `job-conflict` for bits, which Zarr does not have, where the mesh begins or ends within a shard, and where coarser levels are asked for and the mesh is a
+    /// part; those of [`Shards::new`].
     pub(crate) fn new(mesh: &'a Mesh, place: &Place, cells: OfCells<'a>, options: &Options) -> Result<Store<'a>> {
+        // other numbers have one level
+        let zarr = if cells.name == FLAG { options.zarr } else { set!(ZarrJob { levels: None, ..options.zarr }) };
+        if mesh.dims() != place.whole.dims() {
+            check_levels_of_part(&zarr)?;
+        }
         if options.bits {
             return Err(Error::new("job-conflict", "Zarr has no bit-packed variant", "use .raw or .npy"));
         }
         let shapes = Shards::new(place.whole.dims(), &options.zarr)?;
         let shards = shards_of_part(mesh.dims(), place, &shapes)?;
-        Ok(Store { mesh, place: place.clone(), cells, compress: options.compress, shapes, shards })
+        Ok(Store { mesh, place: place.clone(), cells, compress: options.compress, zarr, shapes, shards })
     }
 
     /// The files that say what the store is, and the centres.
@@ -181,14 +284,28 @@ impl<'a> Store<'a> {
     /// # Errors
     /// Those of [`Head::files`].
     pub(super) fn head(&self) -> Result<Vec<(String, Vec<u8>)>> {
-        let Store { mesh, place, cells, compress, shapes, .. } = self;
+        let Store { mesh, place, cells, compress, zarr, .. } = self;
         let (whole, names, unit) = (&place.whole, mesh.names(), mesh.unit());
-        Head { whole, cells, shapes: *shapes, compress: *compress, names, unit }.files()
+        Head { whole, cells, zarr: *zarr, compress: *compress, names, unit }.files()
     }
 
-    /// The name of the file of a shard.
-    pub(super) fn name_of(&self, ([k, j, i], _): &ShardOfPart) -> String {
-        format!("{}/c/{k}/{j}/{i}", self.cells.name)
+    /// The name of the file of a shard, of a level.
+    pub(super) fn name_of(&self, level: usize, ([k, j, i], _): &ShardOfPart) -> String {
+        format!("{}{}/c/{k}/{j}/{i}", group_of(level), self.cells.name)
+    }
+
+    /// Its coarser levels, which are made one after the other.
+    pub(super) fn coarser(&self) -> Result<Coarser<'a>> {
+        let rule = self.zarr.levels;
+        let n = rule.map_or(Ok(1), |_| levels(&self.place.whole, &self.zarr).map(|levels| levels.len()))?;
+        let zarr = zarr_of_levels(&self.zarr, self.shapes);
+        let pyramid = rule.filter(|_| n > 1).map(|rule| Pyramid::of(self.mesh, rule));
+        Ok(Coarser { fine: self.mesh, last: None, pyramid, level: 0, n, zarr, compress: self.compress })
+    }
+
+    /// Whether a shard has no file.
+    fn is_left_out(&self, of: &ShardOfPart) -> Result<bool> {
+        Ok(self.zarr.sparse && !self.mesh.columns().has_flags(&of.1)?)
     }
 
     /// Bytes of the numbers of a shard.
@@ -204,19 +321,22 @@ impl<'a> Store<'a> {
         sx.saturating_mul(cy).saturating_mul(cz).saturating_mul(self.cells.numbers.2 as u64)
     }
 
-    /// The bytes of a shard.
+    /// The bytes of a shard; None where it has no file.
     ///
     /// # Errors
     /// `io` where the columns are in a store that fails.
     #[cfg(not(target_arch = "wasm32"))]
-    pub(super) fn shard(&self, of: &ShardOfPart) -> Result<Vec<u8>> {
+    pub(super) fn shard(&self, of: &ShardOfPart) -> Result<Option<Vec<u8>>> {
+        if self.is_left_out(of)? {
+            return Ok(None);
+        }
         let (mut shard, mut bytes) = (Shard::default(), Vec::new());
         let columns = self.mesh.columns().for_slab(&of.1[self.mesh.columns().rays().axis])?;
         for row in self.rows(of) {
             bytes.extend(self.row(&mut shard, &columns, &row)?);
         }
         bytes.extend(shard.end());
-        Ok(bytes)
+        Ok(Some(bytes))
     }
 
     /// The cells of the rows of chunks of a shard, which are none beyond the mesh.
@@ -240,7 +360,7 @@ impl<'a> Store<'a> {
             return shard.row(&chunks, None);
         }
         let bytes = (self.cells.of_box)(columns, cells)?;
-        shard.row(&chunks, Some(&Row { bytes: &bytes, dims }))
+        shard.row(&chunks, bytes.as_ref().map(|bytes| Row { bytes, dims }).as_ref())
     }
 
     /// Writes the store as an archive whose entries are stored as they are: what zarr-python opens as a `ZipStore`. Rests before every row
@@ -255,8 +375,26 @@ impl<'a> Store<'a> {
             entry.pass(&bytes, sink)?;
             entry.end()?;
         }
+        self.zip_shards(0, &mut archive, sink, control).await?;
+        let mut coarser = self.coarser()?;
+        while let Some((level, store)) = coarser.next(control).await? {
+            store.zip_shards(level, &mut archive, sink, control).await?;
+        }
+        sink.put(&archive.finish()?)
+    }
+
+    async fn zip_shards(
+        &self,
+        level: usize,
+        archive: &mut Archive,
+        sink: &mut Sink<'_>,
+        control: &Control,
+    ) -> Result<()> {
         for of in &self.shards {
-            let mut entry = archive.file(&self.name_of(of))?;
+            if self.is_left_out(of)? {
+                continue;
+            }
+            let mut entry = archive.file(&self.name_of(level, of))?;
             let mut shard = Shard::default();
             for row in self.rows(of) {
                 control.rest().await?;
@@ -266,7 +404,33 @@ impl<'a> Store<'a> {
             entry.pass(&shard.end(), sink)?;
             entry.end()?;
         }
-        sink.put(&archive.finish()?)
+        Ok(())
+    }
+}
+
+/// The coarser levels of a store while they are made: one mesh at a time, of the one before.
+pub(super) struct Coarser<'a> {
+    fine: &'a Mesh,
+    last: Option<Mesh>,
+    pyramid: Option<Pyramid>,
+    level: usize,
+    n: usize,
+    zarr: ZarrJob,
+    compress: Compress,
+}
+
+impl Coarser<'_> {
+    /// The next level, and the files of its shards.
+    ///
+    /// # Errors
+    /// `io` where the columns are in a store that fails; `cancelled`.
+    pub(super) async fn next(&mut self, control: &Control) -> Result<Option<(usize, Store<'_>)>> {
+        let Some(pyramid) = self.pyramid.as_ref().filter(|_| self.level + 1 < self.n) else { return Ok(None) };
+        self.level += 1;
+        let mesh = pyramid.next(self.last.as_ref().unwrap_or(self.fine), control).await?;
+        let mesh = self.last.insert(mesh);
+        let options = Options { compress: self.compress, zarr: self.zarr, ..Options::default() };
+        Ok(Some((self.level, Store::new(mesh, &Place::of_whole(mesh), OfCells::flags(), &options)?)))
     }
 }
 

@@ -10,7 +10,7 @@ mod check;
 mod tests;
 
 pub use crate::write::Place;
-use hexcast_core::base::control::Control;
+use hexcast_core::base::control::{Control, at_once};
 use hexcast_core::base::error::Result;
 use hexcast_core::base::parallel::*;
 use hexcast_core::cells::flags::n_cells;
@@ -21,8 +21,8 @@ use hexcast_derived::mesh::{Mesh, Named};
 
 use super::Options;
 use super::measured::{distance, solid};
+pub use super::store::check_levels_of_part;
 use super::store::{Head, OfCells, Store};
-use crate::shards::Shards;
 pub use check::Stored;
 
 /// Most shards made side by side.
@@ -31,7 +31,8 @@ const MAX_SHARDS: usize = 4;
 /// Sets the value of a key, on any thread: writes a file of that name, for example, or compares it with what is there.
 pub type Set<'a> = dyn Fn(&str, &[u8]) -> Result<()> + Sync + 'a;
 
-/// Writes a mesh to a store, value after value; `advance` is called with the number of cells of every batch of shards that was written.
+/// Writes a mesh to a store, value after value; `advance` is called with the number of cells of every batch of shards that was written,
+/// those of coarser levels not.
 ///
 /// # Errors
 /// `job-conflict` for bits, which Zarr does not have; those of `set`; `cancelled`, looked at before every batch of shards;
@@ -61,8 +62,7 @@ pub fn write_part(
 /// Those of [`Shards::new`].
 #[doc(hidden)]
 pub fn metadata(whole: &Lines, names: &[Named], unit: Option<&str>, options: &Options) -> Result<Vec<u8>> {
-    let shapes = Shards::new(whole.dims(), &options.zarr)?;
-    Head { whole, cells: &OfCells::flags(), shapes, compress: options.compress, names, unit }.group()
+    Head { whole, cells: &OfCells::flags(), zarr: options.zarr, compress: options.compress, names, unit }.group()
 }
 
 /// Writes the fraction of every cell that is not background as `solid` (float32) to a store of its own.
@@ -95,12 +95,31 @@ pub fn write_distance(
     put(&files, options, set, control, |_| ())
 }
 
-fn put(files: &Store, options: &Options, set: &Set<'_>, control: &Control, mut advance: impl FnMut(u64)) -> Result<()> {
+fn put(files: &Store, options: &Options, set: &Set<'_>, control: &Control, advance: impl FnMut(u64)) -> Result<()> {
     files.head()?.iter().try_for_each(|(key, value)| set(key, value))?;
+    put_shards(files, (0, options), set, control, advance)?;
+    let mut coarser = files.coarser()?;
+    while let Some((level, files)) = at_once(coarser.next(&control.without_pauses()))? {
+        put_shards(&files, (level, options), set, control, |_| ())?;
+    }
+    Ok(())
+}
+
+/// Writes the shards of a level.
+fn put_shards(
+    files: &Store,
+    (level, options): (usize, &Options),
+    set: &Set<'_>,
+    control: &Control,
+    mut advance: impl FnMut(u64),
+) -> Result<()> {
     let n_at_once = (options.slab_bytes as u64 / files.shard_bytes()).clamp(1, MAX_SHARDS as u64);
     for batch in files.shards.chunks(current_num_threads().min(n_at_once as usize)) {
         control.check()?;
-        batch.par_iter().try_for_each(|shard| set(&files.name_of(shard), &files.shard(shard)?))?;
+        batch.par_iter().try_for_each(|shard| match files.shard(shard)? {
+            Some(bytes) => set(&files.name_of(level, shard), &bytes),
+            None => Ok(()),
+        })?;
         advance(batch.iter().map(|(_, cells)| n_cells(cells) as u64).sum());
     }
     Ok(())

@@ -179,6 +179,26 @@ pub struct ZarrJob {
     /// Most cells of a shard, as a size: it has a byte a cell before it is compressed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shard_bytes: Option<ByteSize>,
+    /// Also writes coarser levels of the flags, each of cells twice as large, until no axis has more than 64: viewers then read no more than they show.
+    /// Of whole meshes alone, not of parts.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub levels: Option<Levels>,
+    /// Leaves out the files of shards without any flag.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub sparse: bool,
+}
+
+/// Which flag of eight cells a cell of twice their size has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(any(test, feature = "testing"), derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[serde(rename_all = "lowercase")]
+#[non_exhaustive]
+pub enum Levels {
+    /// A flag if any cell has one, of several the rarest of the mesh: thin parts stay, and become thicker.
+    Any,
+    /// The flag that most cells have, background too: volumes stay, and thin parts go.
+    Majority,
 }
 
 /// Everything that decides a mesh.

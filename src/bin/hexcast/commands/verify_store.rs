@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use hexcast::control::{CancelToken, Control};
+use hexcast::job::Levels;
 use hexcast::pipeline::{self, Engine, MeshOptions};
 use hexcast::write::Options;
 use hexcast::write::zarr::{Place, Stored, write_part};
@@ -72,11 +73,20 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
         let message = format!("{name} is not a Zarr store of flags: it has no {}", Stored::METADATA);
         Error::new("io", message, "name a store that `hexcast mesh -o OUT.zarr` wrote")
     })?;
-    let stored = Stored::new(&metadata).map_err(|error| error.at(name.to_string()))?;
+    let at = |error: Error| error.at(name.to_string());
+    let (levels, rule) =
+        store.get("zarr.json")?.map_or(Ok(Default::default()), |group| Stored::levels(&group)).map_err(at)?;
+    let mut all = vec![Stored::new("", &metadata).map_err(at)?];
+    for group in &levels {
+        let key = format!("{group}{}", Stored::METADATA);
+        let missing = || Error::new("io", format!("it has no {key}"), "mesh it again");
+        let metadata = store.get(&key)?.ok_or_else(missing).map_err(at)?;
+        all.push(Stored::new(group, &metadata).map_err(at)?);
+    }
     let mut found = if arguments.job.has_job() {
-        by_job(arguments, &store, &stored, token)?
+        by_job(arguments, &store, (&all, rule), token)?
     } else {
-        by_checksums(&store, &stored, token)?
+        by_checksums(&store, &all, token)?
     };
     found.missing.sort();
     found.wrong.sort_by(|one, other| one.key.cmp(&other.key));
@@ -90,19 +100,28 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
     Ok(if is_right { ExitCode::SUCCESS } else { ExitCode::from(WRONG) })
 }
 
+/// Keys of shards, known and unknown.
+fn shards_of(store: &dyn Store, all: &[Stored]) -> Result<(BTreeSet<String>, BTreeSet<String>)> {
+    let mut keys = store.keys(Stored::SHARDS)?;
+    keys.extend(store.keys(Stored::LEVELS)?.into_iter().filter(|key| Stored::is_of_shard(key)));
+    Ok(keys.into_iter().partition(|key| all.iter().any(|stored| stored.has(key))))
+}
+
 /// Reads every shard.
-fn by_checksums(store: &Arc<dyn Store>, stored: &Stored, token: &CancelToken) -> Result<Found> {
-    let keys = store.keys(Stored::SHARDS)?;
-    let (there, unknown): (BTreeSet<String>, BTreeSet<String>) = keys.into_iter().partition(|key| stored.has(key));
+fn by_checksums(store: &Arc<dyn Store>, all: &[Stored], token: &CancelToken) -> Result<Found> {
+    let (there, unknown) = shards_of(&**store, all)?;
     let found = Mutex::new(Found { unknown: unknown.into_iter().collect(), ..Found::default() });
     let add = |act: &dyn Fn(&mut Found)| act(&mut found.lock().unwrap_or_else(PoisonError::into_inner));
-    stored.keys().par_bridge().try_for_each(|key| {
+    let keys = all.iter().flat_map(|stored| stored.keys().map(move |key| (stored, key)));
+    keys.par_bridge().try_for_each(|(stored, key)| {
         if token.is_cancelled() {
             return Err(Error::Cancelled);
         }
         add(&|found| found.shards += 1);
         let value = if there.contains(&key) { store.get(&key)? } else { None };
         match value.map(|value| stored.check(&value)) {
+            // without the job nobody knows which are left out
+            None if stored.is_sparse() => {}
             None => add(&|found| found.missing.push(key.clone())),
             Some(Err(error)) => add(&|found| {
                 found.wrong.push(Wrong { key: key.clone(), problem: error.to_string() });
@@ -115,8 +134,14 @@ fn by_checksums(store: &Arc<dyn Store>, stored: &Stored, token: &CancelToken) ->
 }
 
 /// Meshes the job, or a part of it, and compares what would be written.
-fn by_job(arguments: &Arguments, store: &Arc<dyn Store>, stored: &Stored, token: &CancelToken) -> Result<Found> {
-    let (zarr, compress) = stored.options();
+fn by_job(
+    arguments: &Arguments,
+    store: &Arc<dyn Store>,
+    (all, rule): (&[Stored], Option<Levels>),
+    token: &CancelToken,
+) -> Result<Found> {
+    let (mut zarr, compress) = all[0].options();
+    zarr.levels = rule;
     let mut job = arguments.job.job()?;
     job.zarr = Some(zarr);
     if job.window.is_some() || job.halo.is_some() {
@@ -131,20 +156,27 @@ fn by_job(arguments: &Arguments, store: &Arc<dyn Store>, stored: &Stored, token:
     let options = MeshOptions::default();
     let (mesh, facts) = pollster::block_on(pipeline::mesh(&job, sources, &options, &mut engine, &control))?;
     let place = Place::new(facts.whole.clone(), facts.window.map_or([0; 3], |window| window.first));
-    let found = Mutex::new(Found::default());
+    let found = Mutex::new((Found::default(), BTreeSet::new()));
     let comparing = |key: &str, value: &[u8]| {
-        compare(&**store, &mut found.lock().unwrap_or_else(PoisonError::into_inner), key, value)
+        let (found, made) = &mut *found.lock().unwrap_or_else(PoisonError::into_inner);
+        made.insert(key.to_string());
+        compare(&**store, found, key, value)
     };
     let options = Options::default().with_compress(compress).with_zarr(zarr);
     write_part(&mesh, &place, &options, &comparing, &control, |_| ())?;
-    let mut found = found.into_inner().unwrap_or_else(PoisonError::into_inner);
-    found.unknown = store.keys(Stored::SHARDS)?.into_iter().filter(|key| !stored.has(key)).collect();
+    let (mut found, made) = found.into_inner().unwrap_or_else(PoisonError::into_inner);
+    let (there, unknown) = shards_of(&**store, all)?;
+    found.unknown = unknown.into_iter().collect();
+    // of a whole mesh: shards that have no flag, and a file where they should have none
+    let extra = there.into_iter().filter(|key| job.part.is_none() && !made.contains(key));
+    let wrong = |key| Wrong { key, problem: "it has no flag, and a sparse store leaves it out".into() };
+    found.wrong.extend(extra.map(wrong));
     Ok(found)
 }
 
 /// Compares what the job makes with what is there.
 fn compare(store: &dyn Store, found: &mut Found, key: &str, value: &[u8]) -> Result<()> {
-    found.shards += u64::from(key.starts_with(Stored::SHARDS));
+    found.shards += u64::from(Stored::is_of_shard(key));
     match store.get(key)? {
         None => found.missing.push(key.into()),
         Some(there) if there != value => {

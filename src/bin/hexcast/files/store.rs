@@ -46,7 +46,7 @@ impl Shared {
 
     /// Sets a value.
     pub(crate) fn set(&self, key: &str, value: &[u8]) -> Result<()> {
-        if !key.starts_with(Stored::SHARDS) && self.has(key, value)? {
+        if !Stored::is_of_shard(key) && self.has(key, value)? {
             return Ok(());
         }
         self.store.put(key, value)?;

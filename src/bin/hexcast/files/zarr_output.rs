@@ -6,7 +6,7 @@ use hexcast::files::WrittenFolder;
 use hexcast::files::place::{folder_of, refused, target_of};
 use hexcast::pipeline::Prepared;
 use hexcast::shards::Shards;
-use hexcast::write::zarr::{self, Place};
+use hexcast::write::zarr::{self, Place, check_levels_of_part};
 use hexcast::write::{Format, Options};
 use hexcast::{Error, Result};
 use indicatif::ProgressBar;
@@ -102,6 +102,9 @@ impl Output for ZarrOutput {
         let Prepared { whole, names, unit, .. } = asked.prepared;
         let lines = if self.is_part { whole } else { &asked.lines };
         Shards::new(lines.dims(), &self.options.zarr)?;
+        if self.is_part {
+            check_levels_of_part(&self.options.zarr)?;
+        }
         // closed gaps add a name
         if let (Store::Shared(values), None) = (&self.store, asked.job.close_gaps) {
             let metadata = zarr::metadata(lines, names, unit.as_deref(), &self.options)?;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 pub(crate) use hexcast::job::arguments::{at_least_one, list, number, per_axis};
-use hexcast::job::{BackendChoice, ByteSize, GeometryJob, GradedJob, Job, Padding, PerAxis, RunJob, ZarrJob};
+use hexcast::job::{BackendChoice, ByteSize, GeometryJob, GradedJob, Job, Levels, Padding, PerAxis, RunJob, ZarrJob};
 use hexcast::{Error, Result};
 use serde::de::DeserializeOwned;
 
@@ -77,6 +77,12 @@ struct InnerArguments {
     /// [default: 4 MiB to 64 MiB, by the size of the mesh]
     #[arg(long, value_name = "NX,NY,NZ|SIZE", value_parser = shards, help_heading = "Output")]
     zarr_shards: Option<Shards>,
+    /// Also write coarser levels to a Zarr store, each of cells twice as large, until no axis has more than 64: what viewers such as neuroglancer show first
+    #[arg(long, value_enum, value_name = "RULE", help_heading = "Output")]
+    zarr_levels: Option<Levels>,
+    /// Leave out the files of the shards of a Zarr store that have no flag
+    #[arg(long, help_heading = "Output")]
+    zarr_sparse: bool,
 }
 
 /// Cells of a shard, or their most.
@@ -204,7 +210,10 @@ impl InnerArguments {
             Some(Shards::Bytes(bytes)) => (zarr.shards, zarr.shard_bytes) = (None, Some(bytes)),
             None => {}
         }
-        let is_given = self.zarr_chunks.is_some() || self.zarr_shards.is_some();
+        zarr.levels = self.zarr_levels.or(zarr.levels);
+        zarr.sparse |= self.zarr_sparse;
+        let of_shapes = self.zarr_chunks.is_some() || self.zarr_shards.is_some();
+        let is_given = of_shapes || self.zarr_levels.is_some() || self.zarr_sparse;
         (of_job.is_some() || is_given).then_some(zarr)
     }
 }

@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use super::{Columns, run, spans};
+use super::{Columns, run, run_cell, run_flag, spans};
 use crate::base::error::{Error, Result};
 
 /// Runs of the rays through a box of cells.
@@ -52,6 +52,33 @@ impl Columns {
     }
 }
 
+impl Columns {
+    /// Whether a box has a cell with a flag.
+    ///
+    /// # Errors
+    /// `io` where the columns are in a store that fails.
+    #[doc(hidden)]
+    pub fn has_flags(&self, cells: &[Range<u32>; 3]) -> Result<bool> {
+        let along = &cells[self.rays.axis];
+        let [across_i, across_j] = self.rays.across.map(|axis| cells[axis].clone());
+        let mut has_flags = false;
+        for j in across_j.take_while(|_| !along.is_empty()) {
+            let first = u64::from(across_i.start) + u64::from(self.rays.counts[0]) * u64::from(j);
+            self.for_rays(first..first + across_i.len() as u64, |runs| {
+                has_flags = has_flags || {
+                    let begun = runs.partition_point(|&run| run_cell(run) <= along.start);
+                    let within = runs[begun.saturating_sub(1)..].iter().take_while(|&&run| run_cell(run) < along.end);
+                    within.into_iter().any(|&run| run_flag(run) != 0)
+                };
+            })?;
+            if has_flags {
+                break;
+            }
+        }
+        Ok(has_flags)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::flag_at;
@@ -63,6 +90,7 @@ mod tests {
             let columns = pattern_columns(axis, [9, 5, 7], 3);
             for cells in [[0..9, 0..5, 0..7], [2..8, 1..4, 3..4], [4..5, 0..5, 2..7], [3..3, 1..2, 0..7]] {
                 let found = columns.runs_of_box(&cells).unwrap();
+                assert_eq!(columns.has_flags(&cells).unwrap(), found.runs.iter().any(|run| run & 0xff != 0));
                 let [across_i, across_j] = columns.rays.across.map(|axis| cells[axis].clone());
                 assert_eq!(found.offsets.len(), across_i.len() * across_j.len() + 1);
                 assert_eq!(found.offsets[found.offsets.len() - 1] as usize, found.runs.len());

@@ -100,6 +100,21 @@ impl Lines {
         }))
     }
 
+    /// Every second line of each axis. Of an odd number of equal cells the last reaches beyond these lines, by one cell; of listed ones it ends with them.
+    ///
+    /// # Errors
+    /// Those of [`Lines::new`] and [`Lines::from_lists`].
+    pub fn doubled(&self) -> Result<Lines> {
+        let Some(lists) = self.lists() else {
+            return Lines::new(self.origin, self.unit.map(|size| 2.0 * size), self.dims.map(|n| n.div_ceil(2)));
+        };
+        let doubled = |list: &Vec<f64>| -> Vec<f64> {
+            let last = list.last().filter(|_| list.len() % 2 == 0);
+            list.iter().step_by(2).chain(last).copied().collect()
+        };
+        Lines::from_lists(lists.each_ref().map(doubled))
+    }
+
     /// Whether the cells of an axis differ in size.
     pub fn is_graded(&self) -> bool {
         self.lists().is_some()

@@ -30,7 +30,7 @@ pub(crate) fn cells_of_store<'a>(mesh: &Mesh, fractions: &'a Fractions) -> Resul
         let rows = up.clone().flat_map(|z| down.clone().map(move |y| u64::from(y) + ny * u64::from(z)));
         let firsts = rows.map(|row| u64::from(across.start) + nx * row);
         let rows = firsts.zip(flags.chunks_exact(across.len()));
-        Ok(rows.flat_map(|(first, row)| solid(row, first, fractions).flat_map(f32::to_le_bytes)).collect())
+        Ok(Some(rows.flat_map(|(first, row)| solid(row, first, fractions).flat_map(f32::to_le_bytes)).collect()))
     };
     let numbers = ("float32", json!(0.0), size_of::<f32>());
     Ok(OfCells {

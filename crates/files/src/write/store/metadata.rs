@@ -93,9 +93,9 @@ pub(super) fn attributes(
 }
 
 /// The group, with what its arrays are: readers then need not look for them, which xarray warns about.
-pub(super) fn group(arrays: Map<String, Value>) -> Value {
+pub(super) fn group(attributes: &Value, arrays: Map<String, Value>) -> Value {
     json!({
-        "attributes": {},
+        "attributes": attributes,
         "consolidated_metadata": { "kind": "inline", "must_understand": false, "metadata": arrays },
         "node_type": "group",
         "zarr_format": 3,

@@ -10,11 +10,15 @@ use crate::write::Compress;
 use crate::write::store::{NOWHERE, checksum, sharded};
 use hexcast_core::base::error::{Error, Result};
 use hexcast_core::cells::flags::n_cells;
-use hexcast_core::input::job::ZarrJob;
+use hexcast_core::input::job::{Levels, ZarrJob};
 use hexcast_core::set;
 
-/// The array of the flags of a store, from its metadata.
+/// The array of the flags of a store, or of a coarser level of it, from its metadata.
 pub struct Stored {
+    /// The path of its group, with a slash at its end; empty for the flags of the mesh.
+    group: String,
+    /// Whether shards without flags have no file.
+    is_sparse: bool,
     shapes: Shards,
     /// Number of shards on z, y, x.
     grid: [u64; 3],
@@ -26,14 +30,44 @@ impl Stored {
     pub const METADATA: &str = "flag/zarr.json";
     /// The folder of the shards.
     pub const SHARDS: &str = "flag/c/";
+    /// The folder of the groups of coarser levels.
+    pub const LEVELS: &str = "levels/";
 
-    /// Reads the metadata of the flags.
+    /// Whether a key is one of a shard, of any level of any store.
+    pub fn is_of_shard(key: &str) -> bool {
+        let of_level = || key.strip_prefix(Stored::LEVELS).and_then(|rest| rest.split_once('/'));
+        key.starts_with(Stored::SHARDS) || of_level().is_some_and(|(_, rest)| rest.starts_with(Stored::SHARDS))
+    }
+
+    /// The groups of the coarser levels of a store, with a slash at the end of each, and what decides the flags of these, from the metadata of its group.
+    ///
+    /// # Errors
+    /// `io` where the metadata is not that of a group that hexcast wrote.
+    pub fn levels(group: &[u8]) -> Result<(Vec<String>, Option<Levels>)> {
+        let wrong = |why: String| {
+            let message = format!("zarr.json is not that of a store that hexcast wrote: {why}");
+            Error::new("io", message, "name a Zarr folder that hexcast wrote, or write it again")
+        };
+        let value: Value = serde_json::from_slice(group).map_err(|error| wrong(error.to_string()))?;
+        let image = &value["attributes"]["ome"]["multiscales"][0];
+        // stores of versions that had no levels say nothing of them
+        let Some(datasets) = image["datasets"].as_array() else { return Ok((Vec::new(), None)) };
+        let group_of = |dataset: &Value| {
+            let path = dataset["path"].as_str().unwrap_or_default();
+            path.strip_suffix("flag").map(str::to_string).ok_or_else(|| wrong(format!("it has a level {path:?}")))
+        };
+        let groups = datasets.iter().skip(1).map(group_of).collect::<Result<Vec<String>>>()?;
+        let rule = serde_json::from_value(image["type"].clone()).unwrap_or_default();
+        Ok((groups, rule))
+    }
+
+    /// Reads the metadata of the flags of a group: that of the store, which is empty, or one of [`Stored::levels`].
     ///
     /// # Errors
     /// `io` where it is not that of an array of flags that hexcast wrote.
-    pub fn new(metadata: &[u8]) -> Result<Stored> {
+    pub fn new(group: &str, metadata: &[u8]) -> Result<Stored> {
         let wrong = |why: &str| {
-            let message = format!("{} is not that of flags that hexcast wrote: {why}", Stored::METADATA);
+            let message = format!("{group}{} is not that of flags that hexcast wrote: {why}", Stored::METADATA);
             Error::new("io", message, "name a Zarr folder that hexcast wrote, or write it again")
         };
         let value: Value = serde_json::from_slice(metadata).map_err(|error| wrong(&error.to_string()))?;
@@ -65,7 +99,8 @@ impl Stored {
             return Err(wrong(&format!("{key} is {}, not {expected}", value[key])));
         }
         let [nx, ny, nz] = [0, 1, 2].map(|axis| u64::from(dims[axis].div_ceil(shapes.shard[axis])));
-        Ok(Stored { shapes, grid: [nz, ny, nx], compress })
+        let is_sparse = value["attributes"]["sparse"] == json!(true);
+        Ok(Stored { group: group.into(), is_sparse, shapes, grid: [nz, ny, nx], compress })
     }
 
     /// Number of shards on z, y, x.
@@ -73,16 +108,30 @@ impl Stored {
         self.grid
     }
 
+    /// Whether a shard may be missing: it has no flag then.
+    pub fn is_sparse(&self) -> bool {
+        self.is_sparse
+    }
+
+    /// The folder of its shards.
+    pub fn shards(&self) -> String {
+        format!("{}{}", self.group, Stored::SHARDS)
+    }
+
     /// Keys of all shards, z slowest.
     pub fn keys(&self) -> impl Iterator<Item = String> + use<> {
         let [nz, ny, nx] = self.grid;
+        let folder = self.shards();
         let rows = (0..nz).flat_map(move |k| (0..ny).map(move |j| (k, j)));
-        rows.flat_map(move |(k, j)| (0..nx).map(move |i| format!("{}{k}/{j}/{i}", Stored::SHARDS)))
+        rows.flat_map(move |(k, j)| {
+            let folder = folder.clone();
+            (0..nx).map(move |i| format!("{folder}{k}/{j}/{i}"))
+        })
     }
 
     /// Whether a key is that of a shard.
     pub fn has(&self, key: &str) -> bool {
-        let Some(rest) = key.strip_prefix(Stored::SHARDS) else { return false };
+        let Some(rest) = key.strip_prefix(&self.shards()) else { return false };
         // a number has one text: 01 is none
         let number = |text: &str| text.parse::<u64>().ok().filter(|number| number.to_string() == text);
         let index: Option<Vec<u64>> = rest.split('/').map(number).collect();
@@ -141,7 +190,8 @@ impl Stored {
     /// How the store was written: shapes and compression, which make the same bytes again.
     pub fn options(&self) -> (ZarrJob, Compress) {
         let Shards { shard, chunk } = self.shapes;
-        let shapes = set!(ZarrJob { chunks: Some(chunk), shards: Some(shard), ..ZarrJob::default() });
+        let sparse = self.is_sparse;
+        let shapes = set!(ZarrJob { chunks: Some(chunk), shards: Some(shard), sparse, ..ZarrJob::default() });
         (shapes, self.compress)
     }
 }

@@ -13,11 +13,14 @@ use zarrs::storage::{
 use super::*;
 use crate::shards::Shards;
 use crate::write::{Compress, Format};
+use hexcast_core::base::control::at_once;
 use hexcast_core::base::error::Result;
 use hexcast_core::cells::columns::{Band, Columns, run};
+use hexcast_core::cells::flags::flags_of_box;
 use hexcast_core::grid::rays::Rays;
-use hexcast_core::input::job::{ByteSize, ZarrJob};
+use hexcast_core::input::job::{ByteSize, Levels, ZarrJob};
 use hexcast_core::set;
+use hexcast_derived::mesh::level::Pyramid;
 use hexcast_derived::testing::{pattern, pattern_flags};
 
 fn options(compress: Compress, shard_bytes: u64) -> Options {
@@ -49,7 +52,7 @@ fn flags_centres_and_attributes_read_back() {
             for shard_bytes in [1, 5_000, 1 << 20] {
                 let (store, n_cells) = written(&mesh, compress, shard_bytes);
                 assert_eq!(n_cells, mesh.n_cells());
-                Stored::new(&store.get(&StoreKey::new(Stored::METADATA).unwrap()).unwrap().unwrap()).unwrap();
+                Stored::new("", &store.get(&StoreKey::new(Stored::METADATA).unwrap()).unwrap().unwrap()).unwrap();
                 let array = Array::open(store.clone(), "/flag").unwrap();
                 assert_eq!(array.shape(), [67, 9, 70]);
                 let flags: Vec<u8> = array.retrieve_array_subset(&array.subset_all()).unwrap();
@@ -74,7 +77,7 @@ fn shards_and_metadata_are_those_that_zarrs_writes() {
         for (compress, shard_bytes) in [(Compress::None, 5_000), (Compress::Zlib(6), 1), (Compress::Zlib(6), 1 << 20)] {
             let (store, _) = written(&mesh, compress, shard_bytes);
             let get = |key: &str| store.get(&StoreKey::new(key).unwrap()).unwrap().expect("a value");
-            let keys: Vec<String> = Stored::new(&get(Stored::METADATA)).unwrap().keys().collect();
+            let keys: Vec<String> = Stored::new("", &get(Stored::METADATA)).unwrap().keys().collect();
             let array = Array::open(store.clone(), "/flag").unwrap();
             let theirs: ReadableWritableListableStorage = Arc::new(MemoryStore::new());
             let again = Array::new_with_metadata(theirs.clone(), "/flag", array.metadata().clone()).unwrap();
@@ -112,6 +115,123 @@ fn an_archive_has_the_files_of_the_store_as_they_are() {
         entry.read_to_end(&mut found).unwrap();
         assert!(found == store.get(&key).unwrap().expect("a value"), "{key}");
     }
+}
+
+#[test]
+fn coarser_levels_are_stores_of_the_coarser_meshes() {
+    codec::register();
+    for (axis, rule, sparse) in [(0, Levels::Any, false), (1, Levels::Majority, true), (2, Levels::Any, true)] {
+        let mesh = pattern(axis, [300, 70, 67], 3);
+        let store: ReadableWritableListableStorage = Arc::new(MemoryStore::new());
+        let mut given = options(Compress::Zlib(1), 100_000);
+        given.zarr = set!(ZarrJob { levels: Some(rule), sparse, ..given.zarr });
+        write(&mesh, &given, &|key, value| set(&*store, key, value), &Control::default(), |_| ()).unwrap();
+        let get = |key: &str| store.get(&StoreKey::new(key).unwrap()).unwrap().expect("a value");
+        let group: serde_json::Value = serde_json::from_slice(&get("zarr.json")).unwrap();
+        let image = &group["attributes"]["ome"]["multiscales"][0];
+        assert_eq!((&image["axes"][2]["unit"], image["datasets"].as_array().unwrap().len()), (&json!("millimeter"), 4));
+        assert_eq!(
+            Stored::levels(&get("zarr.json")).unwrap(),
+            (["1", "2", "3"].map(|n| format!("levels/{n}/")).to_vec(), Some(rule))
+        );
+        let (mut coarse, pyramid) = (mesh.clone(), Pyramid::of(&mesh, rule));
+        let mut known = Vec::new();
+        for level in 0..4 {
+            if level > 0 {
+                coarse = at_once(pyramid.next(&coarse, &Control::default())).unwrap();
+            }
+            let path = image["datasets"][level]["path"].as_str().unwrap();
+            let array = Array::open(store.clone(), &format!("/{path}")).unwrap();
+            let [nx, ny, nz] = coarse.dims();
+            assert_eq!(array.shape(), [nz, ny, nx].map(u64::from));
+            let flags: Vec<u8> = array.retrieve_array_subset(&array.subset_all()).unwrap();
+            assert!(flags == flags_of_box(coarse.columns(), &[0..nx, 0..ny, 0..nz]).unwrap(), "level {level}");
+            // the middle of the first cell, and the distance to the next, as the arrays beside have them
+            let x = Array::open(store.clone(), &format!("/{}x", path.strip_suffix("flag").unwrap())).unwrap();
+            let x: Vec<f64> = x.retrieve_array_subset(&x.subset_all()).unwrap();
+            let transforms = &image["datasets"][level]["coordinateTransformations"];
+            assert_eq!(
+                (&transforms[1]["translation"][2], &transforms[0]["scale"][2]),
+                (&json!(x[0]), &json!(x[1] - x[0]))
+            );
+            // what the group says of its arrays is what these say
+            let told = &group["consolidated_metadata"]["metadata"][path];
+            assert_eq!(*told, serde_json::from_slice::<serde_json::Value>(&get(&format!("{path}/zarr.json"))).unwrap());
+            let stored = Stored::new(path.strip_suffix("flag").unwrap(), &get(&format!("{path}/zarr.json"))).unwrap();
+            assert_eq!(stored.is_sparse(), sparse);
+            known.extend(stored.keys());
+        }
+        let keys: Vec<String> = store.list().unwrap().iter().map(|key| key.to_string()).collect();
+        let shards: Vec<&String> = keys.iter().filter(|key| Stored::is_of_shard(key)).collect();
+        assert!(shards.iter().all(|key| known.contains(key)) && shards.len() > 8, "{shards:?}");
+        assert!(if sparse { shards.len() <= known.len() } else { shards.len() == known.len() });
+        // as an archive
+        let mut bytes = Vec::new();
+        crate::write::write(&mesh, Format::ZarrZip, &given, &mut bytes, &Control::default()).unwrap();
+        let mut archive = zip::ZipArchive::new(Cursor::new(bytes)).unwrap();
+        assert_eq!(archive.len(), keys.len());
+        for key in &keys {
+            let mut found = Vec::new();
+            archive.by_name(key).unwrap().read_to_end(&mut found).unwrap();
+            assert!(found == get(key), "{key}");
+        }
+    }
+}
+
+#[test]
+fn sparse_stores_have_the_shards_with_flags_alone() {
+    let rays = Rays::new(0, [100, 90, 80]);
+    // one cell
+    let mut band = Band::default();
+    band.ends = (0..rays.n_rays()).map(|ray| u32::from(ray > 4 + 90 * 70)).collect();
+    band.ends[4 + 90 * 70 + 1..].fill(2);
+    band.ends[4 + 90 * 70] = 2;
+    band.runs = vec![run(50, 7), run(51, 0)];
+    let columns = Columns::new(rays, vec![band]).unwrap();
+    let lines = pattern(0, [100, 90, 80], 3).lines().clone();
+    let mesh = Mesh::new(lines, columns, Vec::new(), None).unwrap();
+    let shapes = set!(ZarrJob { chunks: Some([16; 3]), shards: Some([32; 3]), sparse: true, ..ZarrJob::default() });
+    let options = Options { zarr: shapes, ..Options::default() };
+    let keys = std::sync::Mutex::new(Vec::new());
+    let keep = |key: &str, _: &[u8]| {
+        keys.lock().unwrap().push(key.to_string());
+        Ok(())
+    };
+    write(&mesh, &options, &keep, &Control::default(), |_| ()).unwrap();
+    let mut keys = keys.into_inner().unwrap();
+    keys.retain(|key| Stored::is_of_shard(key));
+    assert_eq!(keys, ["flag/c/2/0/1"]);
+}
+
+#[test]
+fn levels_of_a_part_are_refused() {
+    let mesh = pattern(0, [64, 64, 128], 3);
+    let zarr =
+        set!(ZarrJob { shards: Some([64; 3]), chunks: Some([32; 3]), levels: Some(Levels::Any), ..ZarrJob::default() });
+    let options = Options { zarr, ..Options::default() };
+    let (part, place) = (cut(&mesh, [[0; 3], [64; 3]]), Place { whole: mesh.lines().clone(), first: [0; 3] });
+    let none = |_: &str, _: &[u8]| panic!("nothing is written");
+    let error = write_part(&part, &place, &options, &none, &Control::default(), |_| ()).unwrap_err();
+    assert_eq!(error.code(), "job-conflict");
+}
+
+#[test]
+fn graded_lines_are_shown_by_numbers_of_cells() {
+    let mesh = pattern(0, [66, 3, 2], 3);
+    let mut lists = [0, 1, 2].map(|axis| mesh.lines().list(axis));
+    lists[0][66] += 1.0;
+    let lines = Lines::from_lists(lists).unwrap();
+    let mut given = options(Compress::None, 1 << 20);
+    given.zarr.levels = Some(Levels::Majority);
+    let group: serde_json::Value =
+        serde_json::from_slice(&metadata(&lines, mesh.names(), mesh.unit(), &given).unwrap()).unwrap();
+    let image = &group["attributes"]["ome"]["multiscales"][0];
+    assert_eq!(image["axes"][0], json!({ "name": "z", "type": "space" }));
+    let of_level = |level: usize| &image["datasets"][level]["coordinateTransformations"];
+    assert_eq!(of_level(0)[1], json!({ "type": "translation", "translation": [0.0, 0.0, 0.0] }));
+    assert_eq!(of_level(1)[0], json!({ "type": "scale", "scale": [2.0, 2.0, 2.0] }));
+    assert_eq!(of_level(1)[1], json!({ "type": "translation", "translation": [0.5, 0.5, 0.5] }));
+    assert!(image["metadata"]["description"].as_str().unwrap().contains("numbers of cells"));
 }
 
 /// Every key of what is written by so many threads, with its bytes.
@@ -209,7 +329,7 @@ fn every_wrong_byte_of_a_compressed_shard_is_found() {
     let mesh = pattern(0, [40, 20, 20], 3);
     let (store, _) = written(&mesh, Compress::Zlib(6), 4_000);
     let get = |key: &str| store.get(&StoreKey::new(key).unwrap()).unwrap().expect("a value").to_vec();
-    let stored = Stored::new(&get(Stored::METADATA)).unwrap();
+    let stored = Stored::new("", &get(Stored::METADATA)).unwrap();
     let keys: Vec<String> = stored.keys().collect();
     assert!(keys.len() > 2 && keys.iter().all(|key| stored.has(key)), "{keys:?}");
     assert!(
@@ -240,5 +360,5 @@ fn every_wrong_byte_of_a_compressed_shard_is_found() {
         assert_eq!(stored.check(&shard[..n]).unwrap_err().code(), "io", "{n} bytes");
     }
     assert_eq!(stored.check(&[&shard[..], &[0]].concat()).unwrap_err().code(), "io");
-    assert_eq!(Stored::new(b"{}").err().map(|error| error.code()), Some("io"));
+    assert_eq!(Stored::new("", b"{}").err().map(|error| error.code()), Some("io"));
 }
