@@ -6,8 +6,11 @@ import json
 import subprocess
 
 import numpy as np
+import ome_zarr_models
+import ome_zarr_models.v05.image_label
 import pytest
 import xarray
+import zarr
 
 import hexcast
 from hexcast.shapes import box, sphere
@@ -90,6 +93,51 @@ def test_xarray_has_what_zarr_has(mesh, tmp_path):
     assert data.flag.attrs["flag_values"].tolist() == [0, 4, 200]
     assert data.flag.attrs["flag_meanings"] == "background surface_1 surface_2"
     assert np.shares_memory(data.flag.values, mesh.flags)
+
+
+def coarser(flags, rule, n_of):
+    """Cells of twice the size, from the definition: eight cells, or as many as there are, by the cells of each flag in the mesh."""
+    padded = np.full([2 * ((n + 1) // 2) for n in flags.shape], 255, np.uint8)
+    padded[tuple(slice(0, n) for n in flags.shape)] = flags
+    nz, ny, nx = (n // 2 for n in padded.shape)
+    eight = padded.reshape(nz, 2, ny, 2, nx, 2).transpose(0, 2, 4, 1, 3, 5).reshape(nz, ny, nx, 8)
+    best, of = np.zeros((nz, ny, nx), np.uint8), np.zeros((nz, ny, nx), int)
+    # the rarest first: later ones must have more
+    for flag in sorted((flag for flag in n_of if flag), key=lambda flag: (n_of[flag], flag)):
+        n = (eight == flag).sum(-1)
+        wins = (of == 0) & (n > 0) if rule == "any" else n > of
+        best[wins], of[wins] = flag, n[wins]
+    if rule == "majority":
+        best[(eight == 0).sum(-1) > of] = 0
+    return best
+
+
+@pytest.mark.parametrize("rule", ["any", "majority"])
+def test_stores_are_those_of_ome_zarr_with_levels(rule, tmp_path):
+    bodies = [{"source": box((-15, -10, -4), (15, 10, 5)), "flag": 4}, {"source": sphere((0, 0, 6), 4.0), "flag": 2}]
+    mesh = hexcast.mesh(bodies, cells=150, padding_cells=3, unit="mm", backend="cpu", zarr={"levels": rule})
+    mesh.save(tmp_path / "mesh.zarr")
+    group = zarr.open_group(tmp_path / "mesh.zarr", mode="r")
+    # the validator of the format
+    image = ome_zarr_models.open_ome_zarr(group)
+    assert isinstance(image, ome_zarr_models.v05.image_label.ImageLabel)
+    (multiscale,) = image.ome_attributes.multiscales
+    assert [axis.unit for axis in multiscale.axes] == ["millimeter"] * 3
+    assert multiscale.type == rule
+    label = image.ome_attributes.image_label
+    assert [of.label_value for of in label.colors] == [2, 4]
+    flags, n_of = mesh.flags, dict(zip(*(list(map(int, of)) for of in np.unique(mesh.flags, return_counts=True))))
+    assert [dataset.path for dataset in multiscale.datasets] == ["flag", "levels/1/flag", "levels/2/flag"]
+    for level, dataset in enumerate(multiscale.datasets):
+        flags = coarser(flags, rule, n_of) if level else flags
+        np.testing.assert_array_equal(group[dataset.path][:], flags)
+        scale, translation = dataset.coordinateTransformations
+        for axis, name in enumerate("zyx"):
+            middles = group[dataset.path.replace("flag", name)][:]
+            np.testing.assert_allclose(translation.translation[axis] + scale.scale[axis] * np.arange(len(middles)), middles)
+    # xarray finds the places of each level
+    stored = xarray.open_zarr(tmp_path / "mesh.zarr", group="levels/1")
+    assert stored.flag.dims == ("z", "y", "x") and stored.x.size == -(-mesh.dims[0] // 2)
 
 
 def test_estimates_and_parts(spot):

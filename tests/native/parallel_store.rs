@@ -173,3 +173,56 @@ fn parts_of_stores_are_listed_as_they_are_cut() {
         assert_eq!((&report["cells"], &report["window"]["first"][2]), (&part["cells"], &part["window"][2]));
     }
 }
+
+#[test]
+fn shards_of_coarser_levels_are_verified_too() {
+    let folder = Folder::new();
+    let store = folder.path("a.zarr");
+    let mesh = ["mesh", SPOT, "--cells", "200", "--backend", "cpu", "-q", "--zarr-shards=64KiB", "--zarr-levels=any"];
+    done(&[&mesh[..], &["-o", &store]].concat());
+    let job = [SPOT, "--cells", "200", "--backend", "cpu"];
+    let verify = |job: &[&str]| {
+        let output = hexcast(&[&["verify-store", &store, "--json"], job].concat());
+        let found: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        let keys = found["wrong"].as_array().unwrap().iter().map(|of| of["key"].as_str().unwrap().to_string());
+        (output.status.code(), found["missing"].clone(), keys.collect::<Vec<String>>(), found["unknown"].clone())
+    };
+    let right = (Some(0), json!([]), Vec::new(), json!([]));
+    assert_eq!([verify(&[]), verify(&job)], [right.clone(), right.clone()]);
+    let of_level = |level: u32| -> Vec<String> {
+        let folder = format!("levels/{level}/flag/c/");
+        files(&store).into_keys().filter(|key| key.starts_with(&folder)).collect()
+    };
+    assert!(of_level(1).len() > 2 && of_level(2).len() == 1 && of_level(3).is_empty());
+    let (missing, broken) = (of_level(1).remove(1), of_level(2).remove(0));
+    let file = |name: &str| Path::new(&store).join(name);
+    std::fs::remove_file(file(&missing)).unwrap();
+    std::fs::write(file(&broken), "").unwrap();
+    std::fs::create_dir_all(file("levels/1/flag/c/90/0")).unwrap();
+    std::fs::write(file("levels/1/flag/c/90/0/0"), "").unwrap();
+    for job in [&[][..], &job] {
+        let expected = (Some(9), json!([missing]), vec![broken.clone()], json!(["levels/1/flag/c/90/0/0"]));
+        assert_eq!(verify(job), expected);
+    }
+    let refused = hexcast(&[&mesh[..], &["-o", &folder.path("b.zarr"), "--part", "1/2"]].concat());
+    let error = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(refused.status.code() == Some(4) && error.contains("coarser levels are made of the whole mesh"), "{error}");
+    assert!(!Path::new(&folder.path("b.zarr")).join("zarr.json").exists());
+
+    // a shard without a flag is left out, and one that is there all the same is named
+    std::fs::remove_dir_all(&store).unwrap();
+    done(&[&mesh[..], &["--zarr-sparse", "-o", &store]].concat());
+    let shards: Vec<String> = files(&store).into_keys().filter(|key| key.starts_with("flag/c/")).collect();
+    let grid: Value = serde_json::from_slice(&std::fs::read(file("flag/zarr.json")).unwrap()).unwrap();
+    let lengths = |of: &Value| -> Vec<u64> { serde_json::from_value(of.clone()).unwrap() };
+    let of_shard = lengths(&grid["chunk_grid"]["configuration"]["chunk_shape"]);
+    let n_of_grid: u64 = lengths(&grid["shape"]).iter().zip(of_shard).map(|(n, of)| n.div_ceil(of)).product();
+    assert!(shards.len() > 4 && (shards.len() as u64) < n_of_grid, "{} of {n_of_grid}", shards.len());
+    assert_eq!([verify(&[]), verify(&job)], [right.clone(), right]);
+    let empty = (0..n_of_grid).map(|k| format!("flag/c/{k}/0/0")).find(|key| !shards.contains(key));
+    let empty = empty.unwrap_or_else(|| "flag/c/0/1/0".into());
+    std::fs::create_dir_all(file(&empty).parent().unwrap()).unwrap();
+    std::fs::copy(file(&shards[0]), file(&empty)).unwrap();
+    std::fs::remove_file(file(&shards[1])).unwrap();
+    assert_eq!(verify(&job), (Some(9), json!([shards[1]]), vec![empty], json!([])));
+}

@@ -258,7 +258,7 @@ fn push_majorities(edges: &[u64], order: &[u8], (n_rays, along): (u32, &Range<u3
         let cell = place / 2;
         before.copy_from_slice(&here);
         step(group, &mut here);
-        if place % 2 == 0 {
+        if place.is_multiple_of(2) {
             before.copy_from_slice(&here);
             if let Some(group) = groups.next_if(|next| next[0] >> 9 == u64::from(place) + 1) {
                 step(group, &mut here);

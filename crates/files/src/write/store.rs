@@ -12,29 +12,34 @@
 //! Cost: the numbers of a row of chunks, twice, and what they compress to. Source: the Zarr v3 specification. Tests read the stores by the crate `zarrs`, which
 //! shares no code with this, and have it write the same bytes.
 
+mod head;
+mod levels;
 mod metadata;
+mod numbers;
 mod ome;
 mod shard;
 
+use std::borrow::Cow;
 use std::ops::Range;
-
-use serde_json::{Map, Value, json};
 
 use super::archive::{Archive, Buffer};
 use super::{Compress, Options, Sink};
 use crate::shards::Shards;
+pub(super) use head::Head;
 use hexcast_core::base::control::Control;
 use hexcast_core::base::error::{Error, Result};
+use hexcast_core::base::parallel::*;
 use hexcast_core::cells::columns::Columns;
 use hexcast_core::cells::flags::{CellBox, flags_of_box};
-use hexcast_core::grid::lines::{AXES, Lines};
+use hexcast_core::grid::lines::Lines;
 use hexcast_core::input::job::ZarrJob;
 use hexcast_core::set;
-use hexcast_derived::mesh::level::Pyramid;
-use hexcast_derived::mesh::{Mesh, Named};
+use hexcast_derived::mesh::Mesh;
+pub use levels::check_levels_of_part;
+use levels::{Coarser, group_of, levels, zarr_of_levels};
 pub(super) use metadata::sharded;
-use metadata::{Described, attributes, group, plain, text};
-use ome::{OmeLevel, ome};
+use numbers::FLAG;
+pub(crate) use numbers::{OfBox, OfCells};
 #[cfg(test)]
 pub(super) use shard::gzip;
 use shard::{Chunks, Row, Shard};
@@ -63,188 +68,6 @@ impl Place {
     }
 }
 
-/// The array of flags.
-const FLAG: &str = "flag";
-/// Cells along an axis of which no coarser level is made.
-const FEW: u32 = 64;
-
-/// A number for each cell.
-pub(crate) struct OfCells<'a> {
-    pub(super) name: &'static str,
-    /// Type, the number that is not stored, bytes of a number.
-    pub(super) numbers: (&'static str, Value, usize),
-    /// Rays of a cell, of fractions.
-    pub(super) rays: Option<u32>,
-    /// The numbers of a box of cells, x fastest, little-endian; None where all are the number that is not stored.
-    pub(super) of_box: Box<OfBox<'a>>,
-}
-
-pub(super) type OfBox<'a> = dyn Fn(&Columns, &CellBox) -> Result<Option<Vec<u8>>> + Sync + 'a;
-
-impl<'a> OfCells<'a> {
-    /// The flags.
-    pub(crate) fn flags() -> OfCells<'a> {
-        let of_box = Box::new(|columns: &Columns, cells: &CellBox| match columns.has_flags(cells)? {
-            true => flags_of_box(columns, cells).map(Some),
-            false => Ok(None),
-        });
-        OfCells { name: FLAG, numbers: ("uint8", json!(0), 1), rays: None, of_box }
-    }
-}
-
-/// What a store says of itself; nothing that only the whole mesh knows.
-pub(super) struct Head<'a> {
-    pub(super) whole: &'a Lines,
-    pub(super) cells: &'a OfCells<'a>,
-    pub(super) zarr: ZarrJob,
-    pub(super) compress: Compress,
-    pub(super) names: &'a [Named],
-    pub(super) unit: Option<&'a str>,
-}
-
-/// A group that says nothing.
-fn bare_group() -> Value {
-    json!({ "attributes": {}, "node_type": "group", "zarr_format": 3 })
-}
-
-/// The path of the group of a level, with a slash at its end.
-pub(super) fn group_of(level: usize) -> String {
-    if level == 0 { String::new() } else { format!("levels/{level}/") }
-}
-
-/// Shapes of the shards of all levels: those of the finest, as far as these have cells.
-fn zarr_of_levels(zarr: &ZarrJob, Shards { shard, chunk }: Shards) -> ZarrJob {
-    let shapes = ZarrJob::default();
-    set!(ZarrJob { chunks: Some(chunk), shards: Some(shard), sparse: zarr.sparse, ..shapes })
-}
-
-/// Refuses coarser levels of a part: a cell of theirs may have cells of other parts, and which flags are rare only the whole mesh knows.
-///
-/// # Errors
-/// `job-conflict`.
-#[doc(hidden)]
-pub fn check_levels_of_part(zarr: &ZarrJob) -> Result<()> {
-    if zarr.levels.is_none() {
-        return Ok(());
-    }
-    let message = "zarr.levels is given with a part of the mesh: coarser levels are made of the whole mesh";
-    Err(Error::new("job-conflict", message, "leave out zarr.levels (--zarr-levels), or mesh the whole in one run"))
-}
-
-/// Lines of the levels of a store: of its mesh alone, or also of coarser ones until no axis has more than 64 cells.
-///
-/// # Errors
-/// None but for a defect: coarser lines are fewer.
-pub(super) fn levels(whole: &Lines, zarr: &ZarrJob) -> Result<Vec<Lines>> {
-    let mut levels = vec![whole.clone()];
-    while let (Some(last), true) = (levels.last(), zarr.levels.is_some())
-        && last.dims().iter().any(|&n| n > FEW)
-    {
-        levels.push(last.doubled()?);
-    }
-    Ok(levels)
-}
-
-impl Head<'_> {
-    /// The file by which others know that there is a store: it has what is said of all arrays, too.
-    ///
-    /// # Errors
-    /// Those of [`Shards::new`].
-    pub(super) fn group(&self) -> Result<Vec<u8>> {
-        let levels = levels(self.whole, &self.zarr)?;
-        let mut arrays = Map::new();
-        for (level, lines) in levels.iter().enumerate() {
-            let of = self.of_level(lines)?;
-            let group_of_level = group_of(level);
-            if level == 1 {
-                arrays.insert("levels".into(), bare_group());
-            }
-            if level > 0 {
-                arrays.insert(group_of_level.trim_end_matches('/').into(), bare_group());
-            }
-            arrays.extend(of.arrays()?.into_iter().map(|(name, of)| (format!("{group_of_level}{name}"), of)));
-        }
-        let step = |level: usize| 2f64.powi(level as i32);
-        let of_level = |(level, lines)| OmeLevel {
-            path: format!("{}{}", group_of(level), self.cells.name),
-            lines,
-            step: step(level),
-        };
-        let of_levels: Vec<OmeLevel<'_>> = levels.iter().enumerate().map(of_level).collect();
-        let names = (self.cells.name == FLAG).then_some(self.names);
-        let ome = ome(self.cells.name, &of_levels, (names, self.unit), self.zarr.levels);
-        text(&group(&json!({ "ome": ome }), arrays))
-    }
-
-    /// What is said of each array of a level.
-    fn arrays(&self) -> Result<Vec<(&'static str, Value)>> {
-        let centres = [0, 1, 2].map(|axis| (AXES[axis], self.centres_described(axis)));
-        Ok(std::iter::once((self.cells.name, self.described()?)).chain(centres).collect())
-    }
-
-    fn of_level<'b>(&'b self, whole: &'b Lines) -> Result<Head<'b>> {
-        let zarr = zarr_of_levels(&self.zarr, Shards::new(self.whole.dims(), &self.zarr)?);
-        Ok(Head { whole, cells: self.cells, zarr, compress: self.compress, names: self.names, unit: self.unit })
-    }
-
-    /// The files that say what the store is, and the centres. The group is first.
-    ///
-    /// # Errors
-    /// Those of [`Shards::new`].
-    pub(super) fn files(&self) -> Result<Vec<(String, Vec<u8>)>> {
-        let mut files = vec![("zarr.json".to_string(), self.group()?)];
-        for (level, whole) in levels(self.whole, &self.zarr)?.iter().enumerate() {
-            let (group, of) = (group_of(level), self.of_level(whole)?);
-            if level == 1 {
-                files.push(("levels/zarr.json".into(), text(&bare_group())?));
-            }
-            if level > 0 {
-                files.push((format!("{group}zarr.json"), text(&bare_group())?));
-            }
-            for (axis, name) in AXES.iter().enumerate() {
-                let centres = (0..whole.dims()[axis]).flat_map(|cell| whole.centre(axis, cell).to_le_bytes());
-                files.push((format!("{group}{name}/zarr.json"), text(&of.centres_described(axis))?));
-                files.push((format!("{group}{name}/c/0"), centres.collect()));
-            }
-            files.push((format!("{group}{}/zarr.json", self.cells.name), text(&of.described()?)?));
-        }
-        Ok(files)
-    }
-
-    fn described(&self) -> Result<Value> {
-        let shapes = Shards::new(self.whole.dims(), &self.zarr)?;
-        let ([nx, ny, nz], [sx, sy, sz]) = (self.whole.dims().map(u64::from), shapes.shard.map(u64::from));
-        let (data_type, fill, _) = self.cells.numbers.clone();
-        let mut attributes = attributes((self.names, self.unit), self.whole, self.cells.name == FLAG);
-        attributes.extend(self.cells.rays.map(|rays| ("rays".to_string(), json!(rays))));
-        attributes.extend(self.zarr.sparse.then(|| ("sparse".to_string(), json!(true))));
-        let described = Described {
-            shape: vec![nz, ny, nx],
-            numbers: (data_type, fill),
-            file: vec![sz, sy, sx],
-            codecs: sharded(&shapes, self.compress),
-            attributes,
-            axes: &["z", "y", "x"],
-        };
-        Ok(described.json())
-    }
-
-    /// The array of the centres of the cells along an axis, of one file.
-    fn centres_described(&self, axis: usize) -> Value {
-        let n = u64::from(self.whole.dims()[axis]);
-        let unit = self.unit.into_iter().map(|unit| ("units".to_string(), json!(unit)));
-        Described {
-            shape: vec![n],
-            numbers: ("float64", json!("NaN")),
-            file: vec![n],
-            codecs: json!([plain()]),
-            attributes: unit.collect(),
-            axes: &[["x"], ["y"], ["z"]][axis],
-        }
-        .json()
-    }
-}
-
 /// A shard of a part: its index on z, y, x, and its cells, counted from the first of the part.
 pub(super) type ShardOfPart = ([u64; 3], CellBox);
 
@@ -254,6 +77,7 @@ pub struct Store<'a> {
     place: Place,
     cells: OfCells<'a>,
     compress: Compress,
+    chunks: Chunks,
     zarr: ZarrJob,
     pub(super) shapes: Shards,
     pub(super) shards: Vec<ShardOfPart>,
@@ -276,7 +100,8 @@ impl<'a> Store<'a> {
         }
         let shapes = Shards::new(place.whole.dims(), &options.zarr)?;
         let shards = shards_of_part(mesh.dims(), place, &shapes)?;
-        Ok(Store { mesh, place: place.clone(), cells, compress: options.compress, zarr, shapes, shards })
+        let chunks = Chunks::new(shapes.chunk, cells.numbers.2, options.compress);
+        Ok(Store { mesh, place: place.clone(), cells, compress: options.compress, chunks, zarr, shapes, shards })
     }
 
     /// The files that say what the store is, and the centres.
@@ -294,18 +119,25 @@ impl<'a> Store<'a> {
         format!("{}{}/c/{k}/{j}/{i}", group_of(level), self.cells.name)
     }
 
-    /// Its coarser levels, which are made one after the other.
+    /// The meshes of its coarser levels.
     pub(super) fn coarser(&self) -> Result<Coarser<'a>> {
-        let rule = self.zarr.levels;
-        let n = rule.map_or(Ok(1), |_| levels(&self.place.whole, &self.zarr).map(|levels| levels.len()))?;
+        let n = levels(&self.place.whole, &self.zarr)?.len();
+        Ok(Coarser::new(self.mesh, self.zarr.levels, n))
+    }
+
+    /// The shards of a coarser level, from its mesh.
+    ///
+    /// # Errors
+    /// None but for a defect: the shapes are those of this store.
+    pub(super) fn of_level<'b>(&self, mesh: &'b Mesh) -> Result<Store<'b>> {
         let zarr = zarr_of_levels(&self.zarr, self.shapes);
-        let pyramid = rule.filter(|_| n > 1).map(|rule| Pyramid::of(self.mesh, rule));
-        Ok(Coarser { fine: self.mesh, last: None, pyramid, level: 0, n, zarr, compress: self.compress })
+        let options = Options { compress: self.compress, zarr, ..Options::default() };
+        Store::new(mesh, &Place::of_whole(mesh), OfCells::flags(), &options)
     }
 
     /// Whether a shard has no file.
     fn is_left_out(&self, of: &ShardOfPart) -> Result<bool> {
-        Ok(self.zarr.sparse && !self.mesh.columns().has_flags(&of.1)?)
+        Ok(self.zarr.sparse && self.mesh.columns().only_flags(&of.1, u32::MAX)? == [Some(0)])
     }
 
     /// Bytes of the numbers of a shard.
@@ -351,16 +183,45 @@ impl<'a> Store<'a> {
         rows.map(|(y, z)| [x.clone(), y, z]).collect()
     }
 
+    /// The bytes of the next row of chunks.
     fn row(&self, shard: &mut Shard, columns: &Columns, cells: &CellBox) -> Result<Vec<u8>> {
-        let ([cx, cy, cz], [sx, ..]) = (self.shapes.chunk.map(|n| n as usize), self.shapes.shard);
-        let (n_of_row, n_bytes) = (sx as usize / cx, self.cells.numbers.2);
-        let chunks = Chunks { shape: [cx, cy, cz], n_of_row, n_bytes, compress: self.compress };
-        let dims = [0, 1, 2].map(|axis| cells[axis].len());
-        if dims.contains(&0) {
-            return shard.row(&chunks, None);
+        let ([cx, cy, cz], [sx, ..]) = (self.shapes.chunk, self.shapes.shard);
+        let n_of_row = (sx / cx) as usize;
+        let mut chunks: Vec<Option<Cow<'_, [u8]>>> = Vec::with_capacity(n_of_row);
+        if !cells.iter().any(|cells| cells.is_empty()) {
+            let numbers = 0..cells[0].len().div_ceil(cx as usize);
+            let dims = |cells: &CellBox| [0, 1, 2].map(|axis| cells[axis].len());
+            match &self.cells.of_box {
+                OfBox::Flags => {
+                    let one = columns.only_flags(cells, cx)?;
+                    let chunk = |number: usize| {
+                        let start = cells[0].start + cx * number as u32;
+                        let cells =
+                            [start..start.saturating_add(cx).min(cells[0].end), cells[1].clone(), cells[2].clone()];
+                        let is_whole = dims(&cells) == [cx, cy, cz].map(|n| n as usize);
+                        match one[number] {
+                            Some(flag) if is_whole || flag == 0 => {
+                                Ok(self.chunks.of_one_flag(flag)?.map(Cow::Borrowed))
+                            }
+                            _ => {
+                                let bytes = flags_of_box(columns, &cells)?;
+                                let row = Row { bytes: &bytes, dims: dims(&cells) };
+                                Ok(self.chunks.encoded(&row, 0)?.map(Cow::Owned))
+                            }
+                        }
+                    };
+                    chunks = numbers.into_par_iter().map(chunk).collect::<Result<_>>()?;
+                }
+                OfBox::Numbers(of_box) => {
+                    let bytes = of_box(columns, cells)?;
+                    let row = Row { bytes: &bytes, dims: dims(cells) };
+                    let chunk = |number: usize| Ok(self.chunks.encoded(&row, number)?.map(Cow::Owned));
+                    chunks = numbers.into_par_iter().map(chunk).collect::<Result<_>>()?;
+                }
+            }
         }
-        let bytes = (self.cells.of_box)(columns, cells)?;
-        shard.row(&chunks, bytes.as_ref().map(|bytes| Row { bytes, dims }).as_ref())
+        chunks.resize(n_of_row, None);
+        Ok(shard.put(&chunks))
     }
 
     /// Writes the store as an archive whose entries are stored as they are: what zarr-python opens as a `ZipStore`. Rests before every row
@@ -377,7 +238,8 @@ impl<'a> Store<'a> {
         }
         self.zip_shards(0, &mut archive, sink, control).await?;
         let mut coarser = self.coarser()?;
-        while let Some((level, store)) = coarser.next(control).await? {
+        while let Some((level, mesh)) = coarser.next(control).await? {
+            let store = self.of_level(mesh)?;
             store.zip_shards(level, &mut archive, sink, control).await?;
         }
         sink.put(&archive.finish()?)
@@ -405,32 +267,6 @@ impl<'a> Store<'a> {
             entry.end()?;
         }
         Ok(())
-    }
-}
-
-/// The coarser levels of a store while they are made: one mesh at a time, of the one before.
-pub(super) struct Coarser<'a> {
-    fine: &'a Mesh,
-    last: Option<Mesh>,
-    pyramid: Option<Pyramid>,
-    level: usize,
-    n: usize,
-    zarr: ZarrJob,
-    compress: Compress,
-}
-
-impl Coarser<'_> {
-    /// The next level, and the files of its shards.
-    ///
-    /// # Errors
-    /// `io` where the columns are in a store that fails; `cancelled`.
-    pub(super) async fn next(&mut self, control: &Control) -> Result<Option<(usize, Store<'_>)>> {
-        let Some(pyramid) = self.pyramid.as_ref().filter(|_| self.level + 1 < self.n) else { return Ok(None) };
-        self.level += 1;
-        let mesh = pyramid.next(self.last.as_ref().unwrap_or(self.fine), control).await?;
-        let mesh = self.last.insert(mesh);
-        let options = Options { compress: self.compress, zarr: self.zarr, ..Options::default() };
-        Ok(Some((self.level, Store::new(mesh, &Place::of_whole(mesh), OfCells::flags(), &options)?)))
     }
 }
 

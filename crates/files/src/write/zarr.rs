@@ -99,8 +99,8 @@ fn put(files: &Store, options: &Options, set: &Set<'_>, control: &Control, advan
     files.head()?.iter().try_for_each(|(key, value)| set(key, value))?;
     put_shards(files, (0, options), set, control, advance)?;
     let mut coarser = files.coarser()?;
-    while let Some((level, files)) = at_once(coarser.next(&control.without_pauses()))? {
-        put_shards(&files, (level, options), set, control, |_| ())?;
+    while let Some((level, mesh)) = at_once(coarser.next(&control.without_pauses()))? {
+        put_shards(&files.of_level(mesh)?, (level, options), set, control, |_| ())?;
     }
     Ok(())
 }

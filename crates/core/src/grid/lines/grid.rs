@@ -109,7 +109,7 @@ impl Lines {
             return Lines::new(self.origin, self.unit.map(|size| 2.0 * size), self.dims.map(|n| n.div_ceil(2)));
         };
         let doubled = |list: &Vec<f64>| -> Vec<f64> {
-            let last = list.last().filter(|_| list.len() % 2 == 0);
+            let last = list.last().filter(|_| list.len().is_multiple_of(2));
             list.iter().step_by(2).chain(last).copied().collect()
         };
         Lines::from_lists(lists.each_ref().map(doubled))

@@ -6,7 +6,7 @@ use std::io;
 use serde_json::json;
 
 use crate::write::archive::{Array, write_named};
-use crate::write::store::OfCells;
+use crate::write::store::{OfBox, OfCells};
 use crate::write::{Compress, npz};
 use hexcast_core::base::error::{Error, Result};
 use hexcast_core::cells::columns::Columns;
@@ -49,7 +49,7 @@ pub(crate) fn cells_of_store<'a>(mesh: &Mesh, distance: &'a Distance) -> Result<
         let message = "a Zarr store holds numbers of cells, and the distances are those of nodes";
         return Err(Error::new("job-conflict", message, "ask for those at centres, or write .npz, .npy, .vti or .vtr"));
     }
-    let of_box = Box::new(move |_: &Columns, cells: &CellBox| bytes(distance, cells).map(Some));
+    let of_box = OfBox::Numbers(Box::new(move |_: &Columns, cells: &CellBox| bytes(distance, cells)));
     Ok(OfCells { name: "distance", numbers: ("float64", json!(0.0), size_of::<f64>()), rays: None, of_box })
 }
 

@@ -5,7 +5,7 @@
 
 use serde_json::json;
 
-use crate::write::store::OfCells;
+use crate::write::store::{OfBox, OfCells};
 use hexcast_core::base::error::{Error, Result};
 use hexcast_core::cells::columns::Columns;
 use hexcast_core::cells::flags::{CellBox, flags_of_box};
@@ -30,14 +30,14 @@ pub(crate) fn cells_of_store<'a>(mesh: &Mesh, fractions: &'a Fractions) -> Resul
         let rows = up.clone().flat_map(|z| down.clone().map(move |y| u64::from(y) + ny * u64::from(z)));
         let firsts = rows.map(|row| u64::from(across.start) + nx * row);
         let rows = firsts.zip(flags.chunks_exact(across.len()));
-        Ok(Some(rows.flat_map(|(first, row)| solid(row, first, fractions).flat_map(f32::to_le_bytes)).collect()))
+        Ok(rows.flat_map(|(first, row)| solid(row, first, fractions).flat_map(f32::to_le_bytes)).collect())
     };
     let numbers = ("float32", json!(0.0), size_of::<f32>());
     Ok(OfCells {
         name: "solid",
         numbers,
         rays: (fractions.rays > 0).then_some(fractions.rays),
-        of_box: Box::new(of_box),
+        of_box: OfBox::Numbers(Box::new(of_box)),
     })
 }
 

@@ -1,22 +1,22 @@
 //! The bytes of a shard: its chunks, then their places in it, and a checksum of these.
 //!
-//! A chunk without any flag is left out. Source: the sharding codec of Zarr v3, ZEP 2.
+//! A chunk without any flag is left out; one of a single flag is compressed once for all shards. Source: the sharding codec of Zarr v3, ZEP 2.
 
 use std::io::Read;
+use std::sync::OnceLock;
 
 use flate2::Compression;
 use flate2::read::GzEncoder;
 
 use crate::write::Compress;
 use hexcast_core::base::error::{Error, Result};
-use hexcast_core::base::parallel::*;
 
 /// The polynomial of CRC-32C, its lowest power in the highest bit.
 const CRC_32C: u32 = 0x82f6_3b78;
 /// The place of a chunk that is left out.
 pub(crate) const NOWHERE: [u8; 16] = [0xff; 16];
 
-/// What a row of chunks is made of.
+/// What one chunk or a row of them is made of.
 pub(super) struct Row<'a> {
     /// All numbers of its cells, x fastest.
     pub(super) bytes: &'a [u8],
@@ -24,18 +24,18 @@ pub(super) struct Row<'a> {
     pub(super) dims: [usize; 3],
 }
 
-/// How the chunks of a shard are stored.
+/// How the chunks of a store are stored.
 pub(super) struct Chunks {
     /// Cells of a chunk on x, y, z.
-    pub(super) shape: [usize; 3],
-    /// Chunks of a row.
-    pub(super) n_of_row: usize,
+    shape: [usize; 3],
     /// Bytes of a number.
-    pub(super) n_bytes: usize,
-    pub(super) compress: Compress,
+    n_bytes: usize,
+    compress: Compress,
+    /// The chunk of each flag alone, once there was one.
+    of_one_flag: Vec<OnceLock<Vec<u8>>>,
 }
 
-/// A shard while it is made, row by row.
+/// A shard while it is made, chunk after chunk.
 #[derive(Default)]
 pub(super) struct Shard {
     /// Bytes so far.
@@ -44,17 +44,11 @@ pub(super) struct Shard {
 }
 
 impl Shard {
-    /// The bytes of the next row of chunks; None is a row beyond the mesh.
-    ///
-    /// # Errors
-    /// `io` where a chunk cannot be compressed.
-    pub(super) fn row(&mut self, chunks: &Chunks, row: Option<&Row>) -> Result<Vec<u8>> {
-        let numbers: Vec<usize> = (0..chunks.n_of_row).collect();
-        let made = numbers.par_iter().map(|number| row.map_or(Ok(None), |row| chunks.encoded(row, *number)));
-        let made = made.collect::<Result<Vec<Option<Vec<u8>>>>>()?;
+    /// The bytes of the next chunks; None is one that is left out.
+    pub(super) fn put<C: AsRef<[u8]>>(&mut self, chunks: &[Option<C>]) -> Vec<u8> {
         let mut bytes = Vec::new();
-        for chunk in made {
-            let Some(chunk) = chunk else {
+        for chunk in chunks {
+            let Some(chunk) = chunk.as_ref().map(AsRef::as_ref) else {
                 self.places.extend(NOWHERE);
                 continue;
             };
@@ -62,7 +56,7 @@ impl Shard {
             self.at += chunk.len() as u64;
             bytes.extend(chunk);
         }
-        Ok(bytes)
+        bytes
     }
 
     /// The last bytes.
@@ -74,8 +68,26 @@ impl Shard {
 }
 
 impl Chunks {
+    pub(super) fn new(shape: [u32; 3], n_bytes: usize, compress: Compress) -> Chunks {
+        let of_one_flag = vec![OnceLock::new(); 256];
+        Chunks { shape: shape.map(|n| n as usize), n_bytes, compress, of_one_flag }
+    }
+
+    /// A whole chunk of cells of one flag; None for background.
+    pub(super) fn of_one_flag(&self, flag: u8) -> Result<Option<&[u8]>> {
+        if flag == 0 {
+            return Ok(None);
+        }
+        let known = &self.of_one_flag[usize::from(flag)];
+        if let Some(chunk) = known.get() {
+            return Ok(Some(chunk));
+        }
+        let chunk = self.compressed(vec![flag; self.shape.iter().product()])?;
+        Ok(Some(known.get_or_init(|| chunk)))
+    }
+
     /// A chunk of a row; None where all its numbers are 0.
-    fn encoded(&self, row: &Row, number: usize) -> Result<Option<Vec<u8>>> {
+    pub(super) fn encoded(&self, row: &Row, number: usize) -> Result<Option<Vec<u8>>> {
         let ([cx, cy, cz], [nx, ny, nz], n_bytes) = (self.shape, row.dims, self.n_bytes);
         let first = number * cx;
         if first >= nx {
@@ -90,10 +102,14 @@ impl Chunks {
         if chunk.iter().all(|byte| *byte == 0) {
             return Ok(None);
         }
-        Ok(Some(match self.compress {
-            Compress::None => chunk,
-            Compress::Zlib(level) => gzip(level, &chunk)?,
-        }))
+        self.compressed(chunk).map(Some)
+    }
+
+    fn compressed(&self, chunk: Vec<u8>) -> Result<Vec<u8>> {
+        match self.compress {
+            Compress::None => Ok(chunk),
+            Compress::Zlib(level) => gzip(level, &chunk),
+        }
     }
 }
 
