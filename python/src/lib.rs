@@ -13,6 +13,7 @@ mod mesh;
 mod meshing;
 mod pictures;
 mod points;
+mod refine;
 mod run;
 mod scene;
 mod surface;
@@ -62,6 +63,8 @@ fn _hexcast(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(meshing::estimate, module)?)?;
     module.add_function(wrap_pyfunction!(meshing::parts, module)?)?;
     module.add_function(wrap_pyfunction!(meshing::converge, module)?)?;
+    module.add_class::<refine::RawLeaves>()?;
+    module.add_function(wrap_pyfunction!(refine::refine, module)?)?;
     module.add_function(wrap_pyfunction!(points::points, module)?)?;
     module.add_function(wrap_pyfunction!(pictures::draw_slices, module)?)?;
     module.add_function(wrap_pyfunction!(pictures::draw_view, module)?)?;

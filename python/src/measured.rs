@@ -17,7 +17,7 @@ use crate::mesh::RawMesh;
 use crate::run::run;
 
 /// Name, type as NumPy names it, and shape of an array.
-type Described = (String, String, Vec<u64>);
+pub(crate) type Described = (String, String, Vec<u64>);
 /// The same with its bytes.
 type Filled<'py> = (String, String, Vec<u64>, PyReadonlyArray1<'py, u8>);
 /// Rays along each axis of a cell, cells of the halo, and an entry each of the list: cells, flags, fractions.

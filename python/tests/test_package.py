@@ -115,7 +115,7 @@ def test_readme_runs(spot, tmp_path, monkeypatch):
         exec(compile(block, "README.md", "exec"), {})
 
 
-PAGES = ["conformal", "distance", "export/README", "export/amrex", "export/openfoam", "fractions", "links", "scenes", "staggered", "tensors", "zarr"]
+PAGES = ["conformal", "distance", "export/README", "export/amrex", "export/openfoam", "fractions", "links", "refine", "scenes", "staggered", "tensors", "zarr"]
 
 
 # cut cells of an example say what they lack

@@ -39,7 +39,7 @@ use hexcast_derived::mesh::Mesh;
 
 pub use archive::{Array, write_arrays};
 use cells::{Cells, Numbers};
-pub use leaves::write_leaves;
+pub use leaves::{leaf_arrays, write_leaves};
 pub use measured::conformal::write_conformal;
 pub use measured::distance::write_distance;
 pub use measured::fractions::write_fractions;

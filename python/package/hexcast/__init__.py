@@ -13,15 +13,15 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Optional, Union
 
 from . import _hexcast
 from ._driver import disable_layer_without_session
 from ._error import Error, MeshWarning, missing
 from ._job import SIZES, Geometry, JobLike, job_of
-from ._measured import Conformal, Distances, Fractions, Links, Staggered, Tensors
-from ._mesh import Columns, Difference, FlagPair, Mesh, Slab, warn
+from ._measured import Conformal, Distances, Fractions, Leaves, Links, Staggered, Tensors, leaves_of
+from ._mesh import Columns, Difference, FlagPair, Mesh, Slab, warn, warn_of
 from ._options import GeometryOptions, JobOptions
 from ._pictures import Picture
 from ._progress import follow
@@ -46,6 +46,7 @@ __all__ = [
     "GeometryOptions",
     "JobLike",
     "JobOptions",
+    "Leaves",
     "Links",
     "Mesh",
     "MeshWarning",
@@ -62,6 +63,7 @@ __all__ = [
     "load",
     "mesh",
     "parts",
+    "refine",
     "scene",
     "surface",
 ]
@@ -221,6 +223,51 @@ def converge(
     kept = {key: value for key, value in json.loads(job).items() if key in options or key not in SIZES}
     levels: list[dict[str, Any]] = json.loads(_hexcast.converge(json.dumps(kept), surfaces, list(sizes), adapter))
     return levels
+
+
+@with_options(JobOptions)
+def refine(
+    what: JobLike,
+    levels: int,
+    *,
+    level_of_flags: Optional[Mapping[int, int]] = None,
+    boxes: Sequence[tuple[Sequence[float], int]] = (),
+    progress: Union[Callable[[int, int], object], bool, Any, None] = None,
+    adapter: Optional[str] = None,
+    threads: Optional[int] = None,
+    **options: Unpack[JobOptions],
+) -> Leaves:
+    """Halves the cells of a job where surfaces are, again and again: the leaves of an octree, ``docs/refine.md``.
+
+    :param what: as for :func:`mesh`. Its cells are those of level 0.
+    :param levels: how often cells are halved along each axis at surfaces, 0 to 16.
+    :param level_of_flags: flags at whose surfaces they are halved less often; 0 for not at all.
+    :param boxes: places where they are halved so often at least, wherever surfaces are: ``((x0, y0, z0, x1, y1, z1), level)``.
+    :param progress: as for :func:`mesh`, of each level.
+    :param adapter: a part of the name of the GPU to use.
+    :param threads: number of threads of the processor.
+    :param options: the keys of a job file, without ``window``, ``part``, ``close_gaps`` and what is measured.
+    :returns: the leaves, by levels. Warnings about the finest mesh are issued as :class:`MeshWarning`.
+    :raises hexcast.Error: ``job-conflict``, ``job-value``, ``memory``; those of :func:`mesh`.
+
+    >>> import hexcast
+    >>> from hexcast.shapes import sphere
+    >>> leaves = hexcast.refine(sphere((0, 0, 0), 1.0), 3, cells=8, backend="cpu")
+    >>> leaves.dims[-1], bool(len(leaves) < 64**3 / 4)
+    ((64, 64, 64), True)
+    """
+    job, surfaces = job_of(what, options)
+    if not isinstance(levels, int) or not 0 <= levels <= 255:
+        raise Error(f"levels is {levels!r}", "job-value", "give a whole number, 0 to 16")
+    of_flags = list((level_of_flags or {}).items())
+    of_boxes = [(list(map(float, box)), level) for box, level in boxes]
+    for box, _ in of_boxes:
+        if len(box) != 6:
+            raise Error(f"a box has {len(box)} numbers", "job-value", "give six: x0, y0, z0, x1, y1, z1")
+    with follow(progress) as function:
+        raw = _hexcast.refine(job, surfaces, levels, of_flags, of_boxes, adapter, threads_of(threads), function)
+    warn_of(json.loads(raw.facts()[1]), stacklevel=3)
+    return leaves_of(raw)
 
 
 def load(path: Union[str, os.PathLike[str]]) -> Mesh:

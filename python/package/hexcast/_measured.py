@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, Optional, Union
 
@@ -321,16 +322,82 @@ class Tensors(Arrays):
         self._save_npz(path, "smoothed permittivity is", compress)
 
 
+@dataclass(frozen=True, eq=False, repr=False)
+class Leaves(Arrays):
+    """The cells of an octree that are not halved: ``docs/refine.md``. Those of a level follow each other, then those of a ``k`` and a ``j``."""
+
+    #: The level of each, 0 for the cells of the job.
+    level: NDArray[np.uint8]
+    #: Its cell among all of its level, on x.
+    i: NDArray[np.int32]
+    #: The cell on y.
+    j: NDArray[np.int32]
+    #: The cell on z.
+    k: NDArray[np.int32]
+    #: Its flag.
+    flag: NDArray[np.uint8]
+    #: The lines of level 0 on each axis.
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    z: NDArray[np.float64]
+    #: Cells of each level on x, y and z, if all were there.
+    dims: tuple[tuple[int, int, int], ...]
+    #: Names of the flags in use.
+    names: dict[int, str]
+    #: The unit of every length, if the job or its files name one.
+    unit: Optional[str]
+
+    def __repr__(self) -> str:
+        return f"<hexcast.Leaves: {len(self):,} leaves of {len(self.dims)} levels>"
+
+    def __len__(self) -> int:
+        return len(self.level)
+
+    def boxes(self) -> NDArray[np.float64]:
+        """The lower and the upper corner of each leaf: an array of shape (leaves, 2, 3), x first."""
+        n = 1 << self.level.astype(np.int64)
+        found = np.empty((len(self), 2, 3))
+        for axis, (index, lines) in enumerate(((self.i, self.x), (self.j, self.y), (self.k, self.z))):
+            cell, part = np.divmod(index, n)
+            low, size = lines[cell], np.diff(lines)[cell]
+            found[:, 0, axis] = low + size * part / n
+            found[:, 1, axis] = np.where(part + 1 == n, lines[cell + 1], low + size * (part + 1) / n)
+        return found
+
+    def save(self, path: Union[str, os.PathLike[str]], *, compress: Compress = None) -> None:
+        """Writes them as ``hexcast refine -o`` does.
+
+        :param path: ends in ``.npz``. Replaced when all is written, not before.
+        :param compress: zlib level, 1 (fast) to 9 (small), by default 6; or ``"none"``.
+        :raises hexcast.Error: ``job-value`` for another ending; ``io``.
+        """
+        self._save_npz(path, "leaves are", compress)
+
+
+def leaves_of(raw: _hexcast.RawLeaves) -> Leaves:
+    names, _, unit = raw.facts()
+    of_flags = {flag: name for flag, name in json.loads(names)}
+    dims = tuple((nx, ny, nz) for nx, ny, nz in raw.dims())
+    return Leaves(**filled(raw.arrays(), raw.fill), dims=dims, names=of_flags, unit=unit)
+
+
 def arrays_of(raw: _hexcast.RawMesh, kind: str) -> dict[str, NDArray[Any]]:
-    """The arrays of links, fractions, a staggered grid, edges and faces outside metal, smoothed permittivity or distances; nobody can write to them, as they stay what is saved."""
+    """The arrays of links, fractions, a staggered grid, edges and faces outside metal, smoothed permittivity or distances."""
+    return filled(_hexcast.arrays(raw, kind), lambda index, out: _hexcast.fill_array(raw, kind, index, out))
+
+
+def filled(
+    described: Sequence[tuple[str, str, list[int]]], fill: Callable[[int, NDArray[np.uint8]], None]
+) -> dict[str, NDArray[Any]]:
+    """Arrays by their names; nobody can write to them, as they stay what is saved."""
     arrays = {}
-    for index, (name, dtype, shape) in enumerate(_hexcast.arrays(raw, kind)):
+    for index, (name, dtype, shape) in enumerate(described):
         try:
             array: NDArray[Any] = np.empty(shape, dtype)
         except MemoryError as error:
             message = f"the array {name} of the shape {tuple(shape)} does not fit the memory: {error}"
             raise Error(message, "memory", "use larger cells, or mesh in windows") from error
-        _hexcast.fill_array(raw, kind, index, array.reshape(-1).view(np.uint8))
+        fill(index, array.reshape(-1).view(np.uint8))
         array.setflags(write=False)
         arrays[name] = array
     return arrays

@@ -472,7 +472,11 @@ def cell_of(cell: Sequence[int], name: str) -> tuple[int, int, int]:
 
 def warn(mesh: Mesh) -> Mesh:
     """Passes the report's findings on."""
-    for finding in mesh.report["findings"]:
-        # the caller of hexcast.mesh
-        warnings.warn(MeshWarning(finding), stacklevel=3)
+    warn_of(mesh.report["findings"], stacklevel=4)
     return mesh
+
+
+def warn_of(findings: list[dict[str, Any]], stacklevel: int) -> None:
+    """Issues findings as warnings of the caller of a function of hexcast."""
+    for finding in findings:
+        warnings.warn(MeshWarning(finding), stacklevel=stacklevel)

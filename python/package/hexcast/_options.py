@@ -104,7 +104,7 @@ class JobOptions(TypedDict, total=False):
     #: ``clamp``: the flag of the nearest cell of the box.
     halo_edge: Literal["background", "clamp"]
     #: Shapes of the chunks and shards of a Zarr store, as cells on x, y, z, or most bytes of a shard. Where it is given, parts are cut
-    #: along the borders of shards. Keys: ``chunks``, ``shards``, ``shard_bytes``.
+    #: along the borders of shards. Keys: ``chunks``, ``shards``, ``shard_bytes``, ``levels``, ``sparse``.
     zarr: Mapping[str, Any]
     #: What is inside a surface. ``parity``: inside is where a ray has crossed the surface an odd number of times. Facet orientation does
     #: not matter. ``nonzero``: inside is where the winding number is not zero. Overlapping shells unite; orientation matters. Default

@@ -13,14 +13,14 @@ use hexcast_derived::mesh::octree::{LeafRun, Octree};
 /// # Errors
 /// `io` where `out` fails, or columns are in a store that does.
 pub fn write_leaves(tree: &Octree, lines: &Lines, compress: Compress, out: &mut dyn io::Write) -> Result<u64> {
-    write_named(&arrays(tree, lines), "the leaves", compress, out)
+    write_named(&leaf_arrays(tree, lines), "the leaves", compress, out)
 }
 
 /// Lays out what a run of leaves of a level and a row has, leaf by leaf.
 type Put = fn(u8, [u32; 2], &LeafRun, &mut Vec<u8>);
 
-/// The arrays of the archive.
-fn arrays<'a>(tree: &'a Octree, lines: &'a Lines) -> Vec<Array<'a>> {
+/// The arrays of the archive of [`write_leaves`].
+pub fn leaf_arrays<'a>(tree: &'a Octree, lines: &'a Lines) -> Vec<Array<'a>> {
     let planes: Vec<(usize, u32)> =
         (0..tree.n_levels()).flat_map(|level| (0..tree.dims(level)[2]).map(move |z| (level, z))).collect();
     let n_leaves: u64 = (0..tree.n_levels()).map(|level| tree.n_leaves(level)).sum();
