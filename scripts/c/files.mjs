@@ -89,13 +89,16 @@ export async function testFiles() {
   writeFileSync(cut, JSON.stringify({ ...job, cut_cells: { fluid: 0, boundary: true } }));
   const names = ['cut/cut.foam', 'cut/cut.eb'];
   for (const folder of [ours, theirs]) mkdirSync(path.join(folder, 'cut'));
-  const { status, stderr } = spawnSync(program, [cut, ...names.flatMap((name) => [path.join(ours, name), ''])], { encoding: 'utf8' });
+  const { status, stderr } = spawnSync(program, [cut, ...names.flatMap((name) => [path.join(ours, name), ''])], {
+    encoding: 'utf8',
+  });
   if (status !== 0 || !/cut\.foam lacks \["/.test(stderr) || !/cut\.eb lacks \["/.test(stderr))
     throw Object.assign(new Error('C does not say what cut cells lack'), { output: stderr });
   const outputs = names.flatMap((name) => ['-o', path.join(theirs, name)]);
   await run(command, ['mesh', '--job', cut, '--backend', 'cpu', ...outputs]);
   for (const name of filesOf(path.join(theirs, 'cut')))
-    if (!readFileSync(path.join(ours, 'cut', name)).equals(readFileSync(path.join(theirs, 'cut', name)))) throw new Error(`${name} differs`);
+    if (!readFileSync(path.join(ours, 'cut', name)).equals(readFileSync(path.join(theirs, 'cut', name))))
+      throw new Error(`${name} differs`);
   for (const folder of [ours, theirs]) rmSync(path.join(folder, 'cut'), { recursive: true });
 
   // what is there is replaced, and a surface of the mesh is not
