@@ -45,10 +45,12 @@ function manifest() {
  * Packs into a folder.
  *
  * @param {string} folder
+ * @param {Record<string, string>} [more] files that a release has besides: names in the package, and paths
  * @returns {{ tarball: string, files: string[] }} its path, and the paths within it
  */
-export function pack(folder) {
+export function pack(folder, more = {}) {
   stage();
+  for (const [name, file] of Object.entries(more)) cpSync(file, path.join(STAGE, name));
   const args = ['pack', '--json', '--pack-destination', folder];
   const [packed] = JSON.parse(execFileSync('npm', args, { cwd: STAGE, encoding: 'utf8', stdio: ['ignore', 'pipe', 'pipe'] }));
   return {

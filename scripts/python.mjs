@@ -11,8 +11,13 @@ const FOLDER = path.join(ROOT, '.tools/python');
 const REQUIREMENTS = path.join(ROOT, 'python/tests/requirements.txt');
 const WHEELS = path.join(ROOT, 'target/wheels');
 
-/** Path of a program of the virtual environment. @param {string} name */
-const program = (name) => path.join(FOLDER, 'bin', name);
+const isWindows = process.platform === 'win32';
+/** The Python that makes virtual environments. */
+export const PYTHON = isWindows ? 'python' : 'python3';
+/** Path of a program of a virtual environment. @param {string} folder @param {string} name */
+export const programOf = (folder, name) => path.join(folder, isWindows ? `Scripts/${name}.exe` : `bin/${name}`);
+/** Path of a program of the environment of the package's tests. @param {string} name */
+const program = (name) => programOf(FOLDER, name);
 
 /** Makes the virtual environment of the package's tests. */
 export const ensurePython = () => ensureEnvironment(FOLDER, REQUIREMENTS);
@@ -29,13 +34,13 @@ export async function ensureEnvironment(folder, requirements, programs = [], apa
   const wanted = createHash('sha256')
     .update(readFileSync(requirements))
     .update([...programs, apart].join(' '))
-    .update(ask('python3', ['--version']) ?? '')
+    .update(ask(PYTHON, ['--version']) ?? '')
     .digest('hex');
   const stamp = path.join(folder, '.hexcast-requirements');
   if (existsSync(stamp) && readFileSync(stamp, 'utf8') === wanted) return null;
   rmSync(folder, { recursive: true, force: true });
-  await run('python3', ['-m', 'venv', folder]);
-  const python = path.join(folder, 'bin/python');
+  await run(PYTHON, ['-m', 'venv', folder]);
+  const python = programOf(folder, 'python');
   const install = ['-m', 'pip', 'install', '--quiet', '--only-binary=:all:'];
   await run(python, [...install, '--requirement', requirements]);
   if (programs.length > 0) await run(python, [...install, '--no-deps', '--ignore-requires-python', ...programs]);

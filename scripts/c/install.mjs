@@ -5,8 +5,14 @@ import { cpSync, existsSync, lstatSync, mkdirSync, readFileSync, readdirSync, wr
 import path from 'node:path';
 
 import { CAPI, FOLDER, compiled, equal, filesOf, fresh, pkgConfig, prefix } from './library.mjs';
-import { buildNative } from '../native.mjs';
+import { commandPath } from '../native.mjs';
+import { version } from '../release/versions.mjs';
 import { run } from '../run.mjs';
+
+/** The version, and that of the interface: before 1.0 a minor version may change it. */
+const VERSION = version();
+const INTERFACE = VERSION.replace(/\.\d+(-.*)?$/, '');
+const [MAJOR, MINOR, PATCH] = VERSION.split(/[.-]/).map(Number);
 
 /** Builds programs by CMake, and by pkg-config with the static library, and runs them. */
 export async function testInstall() {
@@ -32,11 +38,11 @@ export async function testInstall() {
 
   // versions that fit, and that do not
   for (const [wanted, fits] of /** @type {[string, boolean][]} */ ([
-    ['0.1.0', true],
-    ['0', true],
-    ['0.2', false],
-    ['0.1.1', false],
-    ['1', false],
+    [VERSION, true],
+    [`${MAJOR}`, true],
+    [`${MAJOR}.${MINOR + 1}`, false],
+    [`${INTERFACE}.${PATCH + 1}`, false],
+    [`${MAJOR + 1}`, false],
   ])) {
     const asking = fresh('asking');
     const text = `cmake_minimum_required(VERSION 3.16)\nproject(a LANGUAGES C)\nfind_package(hexcast ${wanted} REQUIRED)\n`;
@@ -78,7 +84,7 @@ async function testReadme(box) {
 async function testRuns(program) {
   const file = path.join(FOLDER, 'cube.hxc');
   equal(await run(program, [file]), '1000 cells inside, 1744 outside\n');
-  const [{ cells, flags }] = JSON.parse(await run(await buildNative(), ['info', file, '--json']));
+  const [{ cells, flags }] = JSON.parse(await run(await commandPath(), ['info', file, '--json']));
   const read = [cells, flags.length, flags[0].flag, flags[0].cells];
   if (String(read) !== '2744,1,7,1000') throw new Error(`the command reads ${read}`);
 }
@@ -86,14 +92,19 @@ async function testRuns(program) {
 /** The files that are installed below a prefix for other systems; links have an arrow. @type {Record<string, string[]>} */
 const NAMES = {
   'aarch64-apple-darwin': [
-    'lib/libhexcast.0.1.0.dylib',
-    'lib/libhexcast.0.1.dylib ->',
+    `lib/libhexcast.${VERSION}.dylib`,
+    `lib/libhexcast.${INTERFACE}.dylib ->`,
     'lib/libhexcast.a',
     'lib/libhexcast.dylib ->',
   ],
   'x86_64-pc-windows-msvc': ['bin/hexcast.dll', 'lib/hexcast.lib', 'lib/hexcast_static.lib'],
   'x86_64-pc-windows-gnu': ['bin/hexcast.dll', 'lib/libhexcast.a', 'lib/libhexcast.dll.a'],
-  'x86_64-unknown-linux-gnu': ['lib/libhexcast.a', 'lib/libhexcast.so ->', 'lib/libhexcast.so.0.1 ->', 'lib/libhexcast.so.0.1.0'],
+  'x86_64-unknown-linux-gnu': [
+    'lib/libhexcast.a',
+    'lib/libhexcast.so ->',
+    `lib/libhexcast.so.${INTERFACE} ->`,
+    `lib/libhexcast.so.${VERSION}`,
+  ],
 };
 
 /** Checks the names of files for other systems, with a cargo that only makes empty files of the names that the real one gives. */

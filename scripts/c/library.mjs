@@ -3,7 +3,7 @@
 import { mkdirSync, readFileSync, readdirSync, renameSync, rmSync, statSync } from 'node:fs';
 import path from 'node:path';
 
-import { buildNative } from '../native.mjs';
+import { buildNative, commandPath } from '../native.mjs';
 import { ROOT, ask, run } from '../run.mjs';
 
 /** Where all is built and installed. */
@@ -27,6 +27,12 @@ export function prefix() {
   return installed;
 }
 
+/** Takes a library that is installed already, such as one of an archive. @param {string} folder its prefix @param {string} libdir */
+export function usePrefix(folder, libdir) {
+  process.env.PKG_CONFIG_PATH = path.join(folder, libdir, 'pkgconfig');
+  installed = Promise.resolve(folder);
+}
+
 async function install() {
   const built = path.dirname(await buildNative());
   const [first, moved] = ['first', 'prefix'].map((name) => path.join(FOLDER, name));
@@ -35,7 +41,7 @@ async function install() {
   const libdir = 'lib/of-a-machine';
   await run('sh', [path.join(CAPI, 'install.sh'), '--prefix', first, '--libdir', libdir, '--built', built]);
   renameSync(first, moved);
-  process.env.PKG_CONFIG_PATH = path.join(moved, libdir, 'pkgconfig');
+  usePrefix(moved, libdir);
   return moved;
 }
 
@@ -89,7 +95,7 @@ export async function testExamples() {
   equal(await run(await compiled('cc', 'examples/box.c'), []), '14 x 14 x 14 cells, 1000 inside\n');
   const whole = path.join(FOLDER, 'whole.raw');
   const command = ['mesh', SPOT, '--dims', DIMS.join(','), '--backend', 'cpu', '-o', whole];
-  await run(await buildNative(), command);
+  await run(await commandPath(), command);
   const flags = readFileSync(whole);
   const n_inside = (/** @type {Buffer} */ some) => some.filter((flag) => flag !== 0).length;
 

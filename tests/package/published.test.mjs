@@ -1,4 +1,4 @@
-// What is published: the same bytes each time, with the package's own README, licences and changelog; its documentation and its workflow.
+// What is published: the same bytes each time, with the package's own README, licences and changelog; its documentation.
 
 import assert from 'node:assert/strict';
 import { execFileSync, spawnSync } from 'node:child_process';
@@ -87,17 +87,4 @@ test('typedoc writes the documentation of all that is exported, without warnings
   assert.match(read(out, 'interfaces/Mesh.html'), /flagsTexture/);
   // the README is its first page
   assert.match(read(out, 'index.html'), /Files that must be served/);
-});
-
-test('the workflow publishes what is packed, with its provenance, by scripts that there are', () => {
-  const workflow = read(ROOT, '.github/workflows/publish.yml');
-  const { scripts } = JSON.parse(read(ROOT, 'package.json'));
-  const called = [...workflow.matchAll(/npm run (\w+)/g)].map((match) => match[1]);
-  assert.deepEqual(called, ['build', 'package']);
-  for (const name of called) assert.ok(name in scripts, name);
-  assert.match(workflow, /npm publish \.\/target\/npm --provenance/);
-  // setup-node knows npm's own
-  assert.doesNotMatch(workflow, /registry/);
-  assert.match(workflow, /id-token: write/);
-  assert.equal(path.relative(ROOT, STAGE), 'target/npm');
 });
