@@ -60,7 +60,7 @@ async function testArchive(inside) {
   if (missing.length > 0) throw new Error(`the archive of the C library has no ${missing.join(', ')}`);
   if (!IS_LINUX) return `unpacked, ${filesOf(inside).length} files; no program was built with it`;
   // what the meshes of the programs are compared with
-  process.env.HEXCAST_COMMAND = await command();
+  process.env.HEXCAST_COMMAND ??= await command();
   usePrefix(inside, 'lib');
   const n_checks = await testC();
   await testInstall();

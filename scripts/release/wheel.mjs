@@ -17,6 +17,12 @@ const COMPATIBLE = IS_LINUX ? ['--zig', '--compatibility', `manylinux_2_${GLIBC_
 /** Beside the licences of hexcast, where maturin looks for what goes into the wheel. */
 const PLACE = path.join(ROOT, 'python', LICENCES);
 
+/** In a folder of its own: maturin hands other flags to the compiler than cargo-zigbuild, and each would compile again what the other had. */
+const env = () => ({
+  ...buildEnv(),
+  CARGO_TARGET_DIR: path.join(process.env.CARGO_TARGET_DIR ?? path.join(ROOT, 'target'), 'of-wheels'),
+});
+
 /** Makes and tests the wheel. @returns {Promise<Artefact[]>} */
 export async function makeWheel() {
   const materials = await billOfMaterials('wheel');
@@ -29,6 +35,8 @@ export async function makeWheel() {
     '-c',
     `import importlib.metadata as m; print(*[f.name for f in m.files("hexcast")], sep="\\n")`,
   ]);
+  const bills = has.split(/\r?\n/).filter((file) => file.endsWith('.json'));
+  if (bills.length !== 1) throw new Error(`the wheel has ${bills.length} bills of materials: ${bills.join(', ')}`);
   for (const wanted of [LICENCES, 'LICENSE-MIT', 'LICENSE-APACHE', path.basename(materials)]) {
     if (!has.split(/\r?\n/).includes(wanted)) throw Object.assign(new Error(`the wheel has no ${wanted}`), { output: has });
   }
@@ -64,7 +72,7 @@ async function wheelOf(folder, out, text, materials) {
     if (text) cpSync(text, PLACE);
     await run(program('maturin'), [...args, ...(materials ? ['--sbom-include', materials] : [])], {
       cwd: folder,
-      env: buildEnv(),
+      env: env(),
     });
   } finally {
     rmSync(PLACE, { force: true });
