@@ -64,13 +64,13 @@ async function likeWheel(built) {
   return members.length > 0 ? `differs from the wheel in ${members.join(', ')}` : 'the same bytes as in the wheel';
 }
 
-/** Builds a wheel of a folder with a pyproject.toml. @param {string} folder @param {string} out @param {string} [text] of licences @param {string} [materials] @returns {Promise<string>} its name */
+/** Builds a wheel of a folder with a pyproject.toml; that of the source distribution lacks the C library, of which its Cargo.lock still knows. @param {string} folder @param {string} out @param {string} [text] of licences @param {string} [materials] @returns {Promise<string>} its name */
 async function wheelOf(folder, out, text, materials) {
   const before = new Set(readdirSync(out));
-  const args = ['build', '--profile', PROFILE, '--locked', '--target', TRIPLE, ...COMPATIBLE, '--out', out];
+  const args = ['build', '--profile', PROFILE, '--target', TRIPLE, ...COMPATIBLE, '--out', out];
   try {
     if (text) cpSync(text, PLACE);
-    await run(program('maturin'), [...args, ...(materials ? ['--sbom-include', materials] : [])], {
+    await run(program('maturin'), [...args, ...(materials ? ['--locked', '--sbom-include', materials] : [])], {
       cwd: folder,
       env: env(),
     });
