@@ -60,14 +60,14 @@ print(hexcast.__version__, int((mesh.flags == 1).sum()))
 export async function testNode(project) {
   const file = cubeFile('cube-of-node');
   const code = `
-import { readFileSync } from 'node:fs';
-import { createMesher, version } from 'hexcast';
-const mesher = await createMesher({ backend: 'cpu' });
-const mesh = await mesher.mesh({ geometries: [{ source: readFileSync(process.argv[2]), flag: 1 }], cells: ${N_CELLS}, padding: { cells: 2 } });
-let inside = 0;
-for await (const { flags } of mesh.slabs()) for (const flag of flags) inside += Number(flag === 1);
-console.log(version, inside);
-mesher.dispose();
+    import { readFileSync } from 'node:fs';
+    import { createMesher, version } from 'hexcast';
+    const mesher = await createMesher({ backend: 'cpu' });
+    const mesh = await mesher.mesh({ geometries: [{ source: readFileSync(process.argv[2]), flag: 1 }], cells: ${N_CELLS}, padding: { cells: 2 } });
+    let inside = 0;
+    for await (const { flags } of mesh.slabs()) for (const flag of flags) inside += Number(flag === 1);
+    console.log(version, inside);
+    mesher.dispose();
 `;
   writeFileSync(path.join(project, 'cube.mjs'), code);
   return heldToCube(await run(process.execPath, ['cube.mjs', file], { cwd: project }));

@@ -7,7 +7,14 @@ import test from 'node:test';
 
 import { ROOT } from '../../scripts/run.mjs';
 
-const COMMANDS = ['scripts/test.mjs', 'scripts/setup.mjs', 'scripts/build.mjs', 'benches/bench.mjs', 'paper/paper.mjs'];
+const COMMANDS = [
+  'scripts/test.mjs',
+  'scripts/setup.mjs',
+  'scripts/build.mjs',
+  'scripts/release/release.mjs',
+  'benches/bench.mjs',
+  'paper/paper.mjs',
+];
 const STATIC_IMPORT = /^(?:import|export)\b[^;]*?\bfrom '([^']+)';|^import '([^']+)';/gm;
 
 /** The names of the modules of others that a file loads at once, through all that it imports; each as "FILE imports NAME". */
