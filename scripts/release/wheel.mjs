@@ -35,7 +35,7 @@ export async function makeWheel() {
     '-c',
     `import importlib.metadata as m; print(*[f.name for f in m.files("hexcast")], sep="\\n")`,
   ]);
-  const bills = has.split(/\r?\n/).filter((file) => file.endsWith('.json'));
+  const bills = has.split(/\r?\n/).filter((file) => /(cdx|cyclonedx)\.json$/.test(file));
   if (bills.length !== 1) throw new Error(`the wheel has ${bills.length} bills of materials: ${bills.join(', ')}`);
   for (const wanted of [LICENCES, 'LICENSE-MIT', 'LICENSE-APACHE', path.basename(materials)]) {
     if (!has.split(/\r?\n/).includes(wanted)) throw Object.assign(new Error(`the wheel has no ${wanted}`), { output: has });
