@@ -13,7 +13,7 @@ import { compileWasm, ensureBindgen } from './wasm.mjs';
 export const DIST = path.join(ROOT, 'dist');
 const WWW = path.join(ROOT, 'www');
 /** Folders of www/ that are the package's, in dist/ as well. */
-export const PACKAGE_FOLDERS = ['client', 'core', 'platform', 'protocol', 'types'];
+export const PACKAGE_FOLDERS = ['cad', 'client', 'core', 'platform', 'protocol', 'types'];
 /** The rest of www/ is the page. */
 const PACKAGE_FILES = [...readdirSync(WWW).filter((name) => /\.(js|d\.ts)$/.test(name)), ...PACKAGE_FOLDERS];
 /**
@@ -44,6 +44,7 @@ export async function build() {
   rmSync(DIST, { recursive: true, force: true });
   mkdirSync(DIST, { recursive: true });
   for (const name of PACKAGE_FILES) cpSync(path.join(WWW, name), path.join(DIST, name), { recursive: true });
+  copyOcct(path.join(DIST, 'cad/occt'));
   const names = ['hexcast_wasm', 'hexcast_threads'];
   for (const [index, name] of names.entries()) {
     await run(bindgen, ['--target', 'web', '--out-dir', DIST, '--out-name', name, compiled[index]]);
@@ -62,6 +63,26 @@ export async function build() {
   await run(process.execPath, vite);
   await run(process.execPath, [...vite, '--config', path.join(ROOT, 'vite.viewer.mjs')]);
   return `${checkSizes(one, LIMITS)}; ${checkSizes(many, THREADS_LIMITS)}`;
+}
+
+/**
+ * Puts Open CASCADE into a folder as it was published, with its licences beside it. It is a script of CommonJS, as Node must be told.
+ *
+ * @param {string} folder
+ */
+export function copyOcct(folder) {
+  const from = path.join(ROOT, 'node_modules/occt-import-js');
+  const { version, repository } = JSON.parse(readFileSync(path.join(from, 'package.json'), 'utf8'));
+  mkdirSync(folder, { recursive: true });
+  const names = ['occt-import-js.js', 'occt-import-js.wasm', 'license.occt-import-js.txt', 'license.occt.txt'];
+  for (const name of names) cpSync(path.join(from, 'dist', name), path.join(folder, name));
+  writeFileSync(path.join(folder, 'package.json'), '{ "type": "commonjs" }\n');
+  const source = `https://github.com/${repository.replace(/^github:/, '')}`;
+  const notice = `occt-import-js ${version}, as published on npm, with Open CASCADE Technology in it.
+Both are under the GNU Lesser General Public License 2.1, whose texts are beside this file. Source: ${source}
+To use another build, put its files in the place of occt-import-js.js and occt-import-js.wasm.
+`;
+  writeFileSync(path.join(folder, 'NOTICE.txt'), notice);
 }
 
 /**

@@ -37,7 +37,7 @@ function ownWorker() {
  *
  * @param {() => Worker} start calls `new Worker` once
  */
-function started(start) {
+export function started(start) {
   const [script, options] = argumentsOf(start);
   const here = globalThis.location?.origin;
   // some browsers throw a SecurityError here, others tell of it later

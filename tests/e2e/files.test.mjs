@@ -156,7 +156,10 @@ test('a folder of the disk is dropped, with folders in it and files beside it', 
     await run(page);
     await dropPaths(page, [path.join(folder, 'parts/notes')]);
     await page.waitForSelector('#messages [role=status]');
-    assert.match(await page.textContent('#messages'), /^The folder has no file of a surface \(STL, OBJ, PLY, OFF, 3MF, GLB\)\./);
+    assert.match(
+      await page.textContent('#messages'),
+      /^The folder has no file of a surface \(STL, OBJ, PLY, OFF, 3MF, GLB, STEP, IGES\)\./,
+    );
   } finally {
     rmSync(folder, { recursive: true });
   }
@@ -166,7 +169,10 @@ test('a folder without models, and a file that is none, are said to be that', as
   const page = await visit('');
   await dropTree(page, { empty: { 'notes.txt': 'read me', 'more.txt': 'and me' } });
   await page.waitForSelector('#messages [role=status]');
-  assert.match(await page.textContent('#messages'), /^The folder has no file of a surface \(STL, OBJ, PLY, OFF, 3MF, GLB\)\./);
+  assert.match(
+    await page.textContent('#messages'),
+    /^The folder has no file of a surface \(STL, OBJ, PLY, OFF, 3MF, GLB, STEP, IGES\)\./,
+  );
   await dropTree(page, { 'notes.txt': 'read me' });
   await page.waitForSelector('#messages [role=alert]');
   assert.match(await page.textContent('#messages [role=alert]'), /notes\.txt/);

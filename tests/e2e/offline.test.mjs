@@ -25,8 +25,8 @@ test('once loaded the page works without a network', async ({ browser }) => {
     const page = await context.newPage();
     await page.goto(own.url);
     await isIdle(page);
-    // offline one thread does
-    const assets = readdirSync(path.join(DIST, 'assets')).filter((name) => !/threads.*\.wasm$/.test(name));
+    // offline one thread does, and no file of CAD is read
+    const assets = readdirSync(path.join(DIST, 'assets')).filter((name) => !/threads.*\.wasm$|^occt$/.test(name));
     // the page, its style, the 3-D view, a worker, a core for this thread, the wasm
     assert.ok(assets.length >= 6, `${assets}`);
     await page.evaluate(isKept, ['/', ...assets.map((name) => `/assets/${name}`)]);

@@ -24,15 +24,18 @@ function assertPasses(program, ...args) {
   return stdout;
 }
 
-test('the manifest exports the package, its worker, Node, the viewer, the wasm and the shaders, types first', () => {
+test('the manifest exports the package, its worker, Node, CAD, the viewer, the wasm and the shaders, types first', () => {
   const { exports: entries } = JSON.parse(readFileSync(path.join(ROOT, 'package.json'), 'utf8'));
   const files = ['./hexcast_bg.wasm', './hexcast_threads_bg.wasm', './shaders/*', './package.json'];
-  assert.deepEqual(Object.keys(entries), ['.', './worker', './node', './viewer', ...files]);
-  for (const name of ['.', './worker', './node', './viewer']) assert.equal(Object.keys(entries[name])[0], 'types', name);
+  assert.deepEqual(Object.keys(entries), ['.', './worker', './node', './cad', './cad/worker', './viewer', ...files]);
+  for (const name of ['.', './worker', './node', './cad', './cad/worker', './viewer'])
+    assert.equal(Object.keys(entries[name])[0], 'types', name);
   const resolved = [
     'hexcast',
     'hexcast/worker',
     'hexcast/node',
+    'hexcast/cad',
+    'hexcast/cad/worker',
     'hexcast/viewer',
     'hexcast/hexcast_bg.wasm',
     'hexcast/shaders/map.wgsl',
@@ -44,7 +47,10 @@ test('the manifest exports the package, its worker, Node, the viewer, the wasm a
   const found = execFileSync(process.execPath, ['resolve.js'], { cwd: project.folder, encoding: 'utf8' }).trim().split('\n');
   assert.deepEqual(
     found.map((url) => url.split('/node_modules/hexcast/')[1]),
-    ['dist/node.js', 'dist/worker.js', 'dist/node.js', 'dist/viewer.js', 'dist/hexcast_bg.wasm', 'shaders/map.wgsl'],
+    [
+      ...['dist/node.js', 'dist/worker.js', 'dist/node.js', 'dist/cad_node.js', 'dist/cad/cad_worker.js', 'dist/viewer.js'],
+      ...['dist/hexcast_bg.wasm', 'shaders/map.wgsl'],
+    ],
   );
 });
 

@@ -1,6 +1,7 @@
 /** The page: starts every part, opens a mesher and takes what the address and the last visit have. */
 import { version } from 'hexcast';
 
+import { startCadAgain } from './geometries/cad_again.js';
 import { startCompare } from './results/compare.js';
 import { startConverge } from './results/converge.js';
 import { openMesher, restart, startDevice } from './run/device.js';
@@ -46,6 +47,7 @@ async function start() {
   startFiles();
   startTasks();
   startSurfaces();
+  startCadAgain();
   startGeometries();
   startPatches();
   startSettings();

@@ -1,4 +1,5 @@
 /** Files that are opened: dropped anywhere on the page, chosen, or a sample. Those of lines end in `.json`. */
+import { settingsOf, warnOfSize } from './cad.js';
 import { byId, make, onInput, pause } from '../elements/dom.js';
 import { clearMessages, showError, showNotice } from '../elements/messages.js';
 import { realFiles } from './real_models.js';
@@ -141,8 +142,10 @@ async function readFiles(files, { isFolder, sample, isArrival }) {
     for (const geometry of state.geometries) geometry.surface.dispose();
     change('geometries', { geometries: [], isArrival });
   }
-  const wanted = isFolder ? files.filter(({ source }) => /\.(stl|obj|ply|off|3mf|glb|hxc)(\.gz)?$/i.test(source.name)) : files;
-  if (wanted.length === 0) showNotice('the folder has no file of a surface (STL, OBJ, PLY, OFF, 3MF, GLB)');
+  const wanted = isFolder
+    ? files.filter(({ source }) => /\.(stl|obj|ply|off|3mf|glb|step|stp|iges|igs|hxc)(\.gz)?$/i.test(source.name))
+    : files;
+  if (wanted.length === 0) showNotice('the folder has no file of a surface (STL, OBJ, PLY, OFF, 3MF, GLB, STEP, IGES)');
   change('phase', { phase: 'reading' });
   for (const file of wanted) await addFile(mesher, file, sample);
   change('phase', { phase: 'idle' });
@@ -155,7 +158,7 @@ function showArrival() {
 }
 
 /** Resolves once no mesher starts and no mesh is made. */
-async function isQuiet() {
+export async function isQuiet() {
   await endUpdate();
   while (['starting', 'meshing', 'updating'].includes(state.phase)) await pause(50);
 }
@@ -173,6 +176,7 @@ async function addFile(mesher, { source, settings = {} }, sample) {
     } else if (/\.json$/i.test(source.name)) {
       await takeLines(source);
     } else {
+      warnOfSize(source);
       const read = await readSurface(mesher, source);
       takeUnit(read.info.unit);
       addGeometry(read, source, sample, settings);
@@ -201,8 +205,11 @@ function addGeometry(read, source, sample, given) {
   const { colour, ...linked } = takeExpected(source.name);
   // commas and colons separate the settings of a file on the command line
   const name = source.name.replace(/\.[^.]*$/, '').replace(/[,:]/g, ' ');
-  const unsaid = { ...PLAIN, name, flag: freeFlag() };
+  const isLinked = Object.keys(linked).length > 0;
+  const unsaid = { ...PLAIN, name, flag: freeFlag(), ...settingsOf(read.cad, isLinked) };
   const geometry = { id: nextId++, source, sample, ...read, ...unsaid, ...given, ...linked };
+  for (const [at, body] of (geometry.split ? (read.cad?.bodies ?? []) : []).entries())
+    if (body.colour) state.colours.set(geometry.flag + at, body.colour);
   if (colour) state.colours.set(geometry.flag, colour);
   const twin = state.geometries.find((other) => isSame(other, geometry));
   change('geometries', { geometries: [...state.geometries, geometry] });
@@ -255,8 +262,8 @@ export async function restoreGeometries(wanted) {
   const geometries = [];
   for (const geometry of wanted) {
     const there = live.get(geometry.id);
-    const { surface, info, corners } = there ?? (await readSurface(mesher, geometry.source));
-    geometries.push({ ...geometry, surface, info, corners });
+    const { surface, info, corners, cad } = there ?? (await readSurface(mesher, geometry.source));
+    geometries.push({ ...geometry, surface, info, corners, cad });
   }
   for (const { id, surface } of live.values()) if (!wanted.some((geometry) => geometry.id === id)) surface.dispose();
   change('geometries', { geometries, revision: state.revision + 1 });

@@ -1,5 +1,6 @@
 /** The list of geometries: facts and settings of each. */
 import { byId, make } from '../elements/dom.js';
+import { deviationText } from './cad.js';
 import { removeGeometry } from './files.js';
 import { fillField, sizingFields } from './sizing.js';
 import { count, measure, readNumbers, times, writeNumbers } from '../text/format.js';
@@ -72,7 +73,13 @@ function showColour(geometry) {
 function showFacts(geometry) {
   const element = byId(`facts-${geometry.id}`);
   const { info, corners } = geometry;
-  const key = JSON.stringify([placeKey(geometry), info.closed_parity, corners?.length, isLeftUnchecked(geometry)]);
+  const key = JSON.stringify([
+    placeKey(geometry),
+    info.closed_parity,
+    corners?.length,
+    geometry.cad?.deviation,
+    isLeftUnchecked(geometry),
+  ]);
   if (element.dataset.key === key) return;
   element.dataset.key = key;
   element.replaceChildren(...facts(geometry));
@@ -195,6 +202,7 @@ function facts(geometry) {
   const n_drawn = (corners?.length ?? 0) / 9;
   const drawn = n_drawn === 0 ? 'not drawn' : `drawn with ${count(n_drawn)}`;
   fact('Facets', n_drawn === info.facets ? count(info.facets) : `${count(info.facets)}, ${drawn}`);
+  if (placing.cad) fact('Triangles', deviationText(placing.cad));
   fact('Size', `${times(size)}${unit ? ` ${unit}` : ''}`);
   // so many digits that the ends can be told apart
   const ends = (/** @type {number[]} */ corner) => corner.map((at, axis) => endText(at, size[axis])).join(', ');

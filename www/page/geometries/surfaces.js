@@ -2,11 +2,12 @@
  * Surfaces of files: read, looked at and drawn. One of many facets can be meshed as soon as it is read; its picture, of fewer facets,
  * and what its edges are follow.
  */
+import { convert, isCad } from './cad.js';
 import { showError } from '../elements/messages.js';
 import { change, on, state } from '../state/state.js';
 import { task } from '../elements/tasks.js';
 
-/** @typedef {import('../state/state.js').Geometry} Geometry @typedef {Pick<Geometry, 'surface' | 'info' | 'corners'>} Read */
+/** @typedef {import('../state/state.js').Geometry} Geometry @typedef {Pick<Geometry, 'surface' | 'info' | 'corners' | 'cad'>} Read */
 
 /** The 3-D view draws no more facets of a surface: of one with more, a preview. */
 export const DRAWN_FACETS = 1_000_000;
@@ -34,15 +35,24 @@ export function startSurfaces() {
   });
 }
 
-/** Reads a file; of a surface with many facets, the facts of its file only. @param {import('hexcast').Mesher} mesher @param {File} source @returns {Promise<Read>} */
-export async function readSurface(mesher, source) {
+/**
+ * Reads a file; of a surface with many facets, the facts of its file only.
+ *
+ * @param {import('hexcast').Mesher} mesher
+ * @param {File} source
+ * @param {number} [deviation] of the triangles of a file of CAD; by default it follows from the settings
+ * @returns {Promise<Read>}
+ */
+export async function readSurface(mesher, source, deviation) {
+  const made = isCad(source) ? await convert(source, deviation) : null;
+  const cad = made?.cad ?? null;
   const surface = await task(`Reading ${source.name}`, (options) =>
-    mesher.read(source, { ...options, file: source.name, check: false }),
+    mesher.read(made?.surface ?? source, { ...options, file: source.name, check: false }),
   );
-  if (surface.info.facets > DRAWN_FACETS) return { surface, info: surface.info, corners: null };
+  if (surface.info.facets > DRAWN_FACETS) return { surface, info: surface.info, corners: null, cad };
   try {
     const { info } = await task(`Checking the edges of ${source.name}`, (options) => surface.check(options));
-    return { surface, info, corners: await surface.corners() };
+    return { surface, info, corners: await surface.corners(), cad };
   } catch (error) {
     surface.dispose();
     throw error;

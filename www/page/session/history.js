@@ -60,7 +60,7 @@ function snapshot() {
 
 /** What of a snapshot can be edited. @param {Snapshot} of */
 function keyOf({ geometries, settings, colours, hidden }) {
-  const edited = geometries.map(({ source: _, surface: _surface, info: _info, corners: _corners, ...rest }) => rest);
+  const edited = geometries.map(({ source: _, surface: _surface, info: _info, corners: _corners, cad: _cad, ...rest }) => rest);
   return JSON.stringify([edited, settings, [...colours], [...hidden].sort()]);
 }
 

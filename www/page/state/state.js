@@ -69,6 +69,7 @@ import { PALETTE } from './palette.js';
  * @property {Surface} surface
  * @property {FileInfo & Partial<import('hexcast').SurfaceInfo>} info without what edges tell until these were looked at
  * @property {Float32Array | null} corners what is drawn: of a surface with many facets fewer ones, and none until they are there
+ * @property {import('../geometries/cad.js').Converted | null} cad what a file of CAD was converted to; null for other files
  * @property {string | null} name
  * @property {number} flag
  * @property {number} priority
