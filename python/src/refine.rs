@@ -48,7 +48,8 @@ impl RawLeaves {
         let Refined { names, findings, unit, .. } = &self.0;
         // structs of numbers and texts always have a JSON form
         let names: Vec<(u8, &str)> = names.iter().map(|named| (named.flag, &named.name[..])).collect();
-        let [names, findings] = [serde_json::to_string(&names), serde_json::to_string(findings)].map(Result::unwrap_or_default);
+        let [names, findings] =
+            [serde_json::to_string(&names), serde_json::to_string(findings)].map(Result::unwrap_or_default);
         (names, findings, unit.clone())
     }
 

@@ -25,6 +25,7 @@ use std::ops::Range;
 use super::archive::{Archive, Buffer};
 use super::{Compress, Options, Sink};
 use crate::shards::Shards;
+#[cfg(not(target_arch = "wasm32"))]
 pub(super) use head::Head;
 use hexcast_core::base::control::Control;
 use hexcast_core::base::error::{Error, Result};
@@ -35,8 +36,9 @@ use hexcast_core::grid::lines::Lines;
 use hexcast_core::input::job::ZarrJob;
 use hexcast_core::set;
 use hexcast_derived::mesh::Mesh;
-pub use levels::check_levels_of_part;
+pub(super) use levels::check_levels_of_part;
 use levels::{Coarser, group_of, levels, zarr_of_levels};
+#[cfg(not(target_arch = "wasm32"))]
 pub(super) use metadata::sharded;
 use numbers::FLAG;
 pub(crate) use numbers::{OfBox, OfCells};
@@ -111,7 +113,7 @@ impl<'a> Store<'a> {
     pub(super) fn head(&self) -> Result<Vec<(String, Vec<u8>)>> {
         let Store { mesh, place, cells, compress, zarr, .. } = self;
         let (whole, names, unit) = (&place.whole, mesh.names(), mesh.unit());
-        Head { whole, cells, zarr: *zarr, compress: *compress, names, unit }.files()
+        head::Head { whole, cells, zarr: *zarr, compress: *compress, names, unit }.files()
     }
 
     /// The name of the file of a shard, of a level.

@@ -15,14 +15,14 @@ use hexcast_core::base::error::Result;
 use hexcast_core::base::parallel::*;
 use hexcast_core::cells::flags::n_cells;
 use hexcast_core::grid::lines::Lines;
+use hexcast_core::input::job::ZarrJob;
 use hexcast_derived::distance::Distance;
 use hexcast_derived::fractions::Fractions;
 use hexcast_derived::mesh::{Mesh, Named};
 
 use super::Options;
 use super::measured::{distance, solid};
-pub use super::store::check_levels_of_part;
-use super::store::{Head, OfCells, Store};
+use super::store::{self, Head, OfCells, Store};
 pub use check::Stored;
 
 /// Most shards made side by side.
@@ -54,6 +54,15 @@ pub fn write_part(
     advance: impl FnMut(u64),
 ) -> Result<()> {
     put(&Store::new(mesh, place, OfCells::flags(), options)?, options, set, control, advance)
+}
+
+/// Refuses coarser levels of a part.
+///
+/// # Errors
+/// `job-conflict`.
+#[doc(hidden)]
+pub fn check_levels_of_part(zarr: &ZarrJob) -> Result<()> {
+    store::check_levels_of_part(zarr)
 }
 
 /// What a store of flags says of itself in the file `zarr.json`, for callers that have no mesh yet.

@@ -27,8 +27,7 @@ pub(crate) fn zarr_of_levels(zarr: &ZarrJob, Shards { shard, chunk }: Shards) ->
 ///
 /// # Errors
 /// `job-conflict`.
-#[doc(hidden)]
-pub fn check_levels_of_part(zarr: &ZarrJob) -> Result<()> {
+pub(crate) fn check_levels_of_part(zarr: &ZarrJob) -> Result<()> {
     if zarr.levels.is_none() {
         return Ok(());
     }
