@@ -227,9 +227,16 @@ const keysOf = ({ properties = {}, required = [] }) =>
 function interfaceOf(name, text, keys, first = '', sentences = {}) {
   const fields = keys.map(([key, of, isNeeded]) => {
     const text = [meaning(of, false), sentences[key] ?? []].flat().join(' ');
-    return `${comment(text, '  ')}  ${key}${isNeeded ? '' : '?'}: ${typescript(of)};\n`;
+    return `${comment(text, '  ')}${field(`  ${key}${isNeeded ? '' : '?'}: `, typescript(of))}`;
   });
   return `\n${comment(text, '')}export interface ${name} {\n${first}${fields.join('')}}\n`;
+}
+
+/** A field, in lines of the length that Biome wants. @param {string} before its name @param {string} type */
+function field(before, type) {
+  if (before.length + type.length < 130 || !type.startsWith('{ ')) return `${before}${type};\n`;
+  const inner = type.slice(2, -2).split('; ');
+  return `${before}{\n${inner.map((of) => `    ${of};\n`).join('')}  };\n`;
 }
 
 /** `www/types/options.d.ts`. */

@@ -224,7 +224,13 @@ export interface Job {
    * Shapes of the chunks and shards of a Zarr store, as cells on x, y, z, or most bytes of a shard. Where it is given, parts are cut along the
    * borders of shards.
    */
-  zarr?: { readonly chunks?: Triple; readonly shards?: Triple; readonly shard_bytes?: number | string; readonly levels?: 'any' | 'majority'; readonly sparse?: boolean };
+  zarr?: {
+    readonly chunks?: Triple;
+    readonly shards?: Triple;
+    readonly shard_bytes?: number | string;
+    readonly levels?: 'any' | 'majority';
+    readonly sparse?: boolean;
+  };
   /**
    * What is inside a surface. `parity`: inside is where a ray has crossed the surface an odd number of times. Facet orientation does not
    * matter. `nonzero`: inside is where the winding number is not zero. Overlapping shells unite; orientation matters. Default `parity`.
