@@ -40,7 +40,6 @@ pub(super) use levels::check_levels_of_part;
 use levels::{Coarser, group_of, levels, zarr_of_levels};
 #[cfg(not(target_arch = "wasm32"))]
 pub(super) use metadata::sharded;
-use numbers::FLAG;
 pub(crate) use numbers::{OfBox, OfCells};
 #[cfg(test)]
 pub(super) use shard::gzip;
@@ -92,8 +91,11 @@ impl<'a> Store<'a> {
     /// `job-conflict` for bits, which Zarr does not have, where the mesh begins or ends within a shard, and where coarser levels are asked for and the mesh is a
     /// part; those of [`Shards::new`].
     pub(crate) fn new(mesh: &'a Mesh, place: &Place, cells: OfCells<'a>, options: &Options) -> Result<Store<'a>> {
-        // other numbers have one level
-        let zarr = if cells.name == FLAG { options.zarr } else { set!(ZarrJob { levels: None, ..options.zarr }) };
+        // other numbers have one level, and may be there where no flag is
+        let zarr = match cells.of_box {
+            OfBox::Flags => options.zarr,
+            OfBox::Numbers(_) => set!(ZarrJob { levels: None, sparse: false, ..options.zarr }),
+        };
         if mesh.dims() != place.whole.dims() {
             check_levels_of_part(&zarr)?;
         }

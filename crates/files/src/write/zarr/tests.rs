@@ -20,8 +20,9 @@ use hexcast_core::cells::flags::flags_of_box;
 use hexcast_core::grid::rays::Rays;
 use hexcast_core::input::job::{ByteSize, Levels, ZarrJob};
 use hexcast_core::set;
+use hexcast_core::testing::band_of;
 use hexcast_derived::mesh::level::Pyramid;
-use hexcast_derived::testing::{pattern, pattern_flags};
+use hexcast_derived::testing::{no_fractions, pattern, pattern_flags};
 
 fn options(compress: Compress, shard_bytes: u64) -> Options {
     let zarr = set!(ZarrJob { shard_bytes: Some(ByteSize(shard_bytes)), ..ZarrJob::default() });
@@ -201,6 +202,28 @@ fn sparse_stores_have_the_shards_with_flags_alone() {
     let mut keys = keys.into_inner().unwrap();
     keys.retain(|key| Stored::is_of_shard(key));
     assert_eq!(keys, ["flag/c/2/0/1"]);
+}
+
+#[test]
+fn sparse_stores_of_other_numbers_have_all_shards() {
+    // cells that are cut may have no flag, and all cells have a distance: what has no flags is not empty
+    let mesh = Mesh::new(
+        pattern(0, [100, 90, 80], 3).lines().clone(),
+        Columns::new(Rays::new(0, [100, 90, 80]), vec![band_of(&Rays::new(0, [100, 90, 80]), |_| 0)]).unwrap(),
+        Vec::new(),
+        None,
+    );
+    let zarr = set!(ZarrJob { chunks: Some([16; 3]), shards: Some([64; 3]), sparse: true, ..ZarrJob::default() });
+    let options = Options { zarr, ..Options::default() };
+    let keys = std::sync::Mutex::new(Vec::new());
+    let keep = |key: &str, value: &[u8]| {
+        keys.lock().unwrap().push((key.to_string(), String::from_utf8_lossy(value).contains("sparse")));
+        Ok(())
+    };
+    write_solid(&mesh.unwrap(), &no_fractions([100, 90, 80]), &options, &keep, &Control::default()).unwrap();
+    let keys = keys.into_inner().unwrap();
+    assert_eq!(keys.iter().filter(|(key, _)| key.starts_with("solid/c/")).count(), 8);
+    assert!(keys.iter().all(|(_, says_sparse)| !says_sparse));
 }
 
 #[test]
