@@ -44,8 +44,12 @@ pub(crate) fn measured_kinds(mesh: &Bound<'_, RawMesh>) -> Vec<&'static str> {
 #[pyfunction]
 pub(crate) fn arrays(mesh: &Bound<'_, RawMesh>, of: &str) -> PyResult<Vec<Described>> {
     let raw = mesh.get();
-    let arrays = raw.measured.arrays(&raw.mesh, of).map_err(crate::py_error)?;
-    Ok(arrays.iter().map(|of| (of.name().into(), of.kind().into(), of.shape().to_vec())).collect())
+    raw.measured.arrays(&raw.mesh, of).map(|arrays| described(&arrays)).map_err(crate::py_error)
+}
+
+/// Name, type and shape of each array.
+pub(crate) fn described(arrays: &[Array<'_>]) -> Vec<Described> {
+    arrays.iter().map(|of| (of.name().into(), of.kind().into(), of.shape().to_vec())).collect()
 }
 
 /// Puts the bytes of one of these arrays, by its place among them, into an array.
@@ -58,11 +62,17 @@ pub(crate) fn fill_array(
     mut out: PyReadwriteArray1<'_, u8>,
 ) -> PyResult<()> {
     let raw = mesh.get();
-    let out = out.as_slice_mut()?;
-    run(py, None, |control| {
-        let arrays = raw.measured.arrays(&raw.mesh, of)?;
-        arrays.get(index).map_or(Ok(()), |array| array.fill(out, control))
-    })
+    fill(py, || raw.measured.arrays(&raw.mesh, of), index, out.as_slice_mut()?)
+}
+
+/// Puts the bytes of one of some arrays into `out`.
+pub(crate) fn fill<'a>(
+    py: Python<'_>,
+    arrays: impl FnOnce() -> Result<Vec<Array<'a>>> + Send,
+    index: usize,
+    out: &mut [u8],
+) -> PyResult<()> {
+    run(py, None, |control| arrays()?.get(index).map_or(Ok(()), |array| array.fill(out, control)))
 }
 
 /// Rays of fractions along each axis of a cell, and cells of the halo, which have none.

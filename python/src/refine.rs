@@ -7,7 +7,7 @@ use numpy::PyReadwriteArray1;
 use pyo3::prelude::*;
 
 use crate::engines::with_engine;
-use crate::measured::Described;
+use crate::measured::{Described, described, fill};
 use crate::meshing::{Surfaces, read, sources};
 use crate::py_error;
 use crate::run::{on_threads, run};
@@ -61,16 +61,11 @@ impl RawLeaves {
 
     /// Name, type as NumPy names it, and shape of each array.
     fn arrays(&self) -> Vec<Described> {
-        let arrays = leaf_arrays(&self.0.octree, &self.0.lines);
-        arrays.iter().map(|of| (of.name().into(), of.kind().into(), of.shape().to_vec())).collect()
+        described(&leaf_arrays(&self.0.octree, &self.0.lines))
     }
 
     /// Puts the bytes of one of these arrays, by its place among them, into an array.
     fn fill(&self, py: Python<'_>, index: usize, mut out: PyReadwriteArray1<'_, u8>) -> PyResult<()> {
-        let out = out.as_slice_mut()?;
-        run(py, None, |control| {
-            let arrays = leaf_arrays(&self.0.octree, &self.0.lines);
-            arrays.get(index).map_or(Ok(()), |array| array.fill(out, control))
-        })
+        fill(py, || Ok(leaf_arrays(&self.0.octree, &self.0.lines)), index, out.as_slice_mut()?)
     }
 }

@@ -1,6 +1,6 @@
 /** The bytes of a STEP or IGES file -> a 3MF file of its bodies; runs in a thread of its own, where it cannot be interrupted. */
 import { bodiesOf, boxOf } from './bodies.js';
-import { threeMf } from './three_mf.js';
+import { UNITS, threeMf } from './three_mf.js';
 
 /**
  * @typedef {(options: object) => Promise<{ ReadFile(kind: string, bytes: Uint8Array, options: object): import('./bodies.js').Read }>} Occt
@@ -22,8 +22,6 @@ import { threeMf } from './three_mf.js';
 export const SHARE = 0.1;
 /** Radians between the normals of triangles side by side, at most. */
 const ANGLE = 0.5;
-/** Units as Open CASCADE calls them. @type {Record<string, string>} */
-const UNITS = { mm: 'millimeter', cm: 'centimeter', m: 'meter', in: 'inch', ft: 'foot' };
 
 /** @param {Occt} occt @param {Request} request @returns {Promise<Converted>} */
 export async function convert(occt, { bytes, kind, unit, deviation, cells, wasm }) {

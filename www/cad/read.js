@@ -6,6 +6,7 @@ import { oneOf, optionsOf, text, wholeNumber, wrongValue } from '../client/check
 import { fileOf, nameOf } from '../client/source.js';
 import { HexcastError } from '../protocol/error.js';
 import { SHARE } from './convert.js';
+import { UNITS } from './three_mf.js';
 
 /**
  * @typedef {import('../cad.js').CadOptions} CadOptions
@@ -26,7 +27,7 @@ export async function readBy(start, source, options) {
   if (options?.deviation !== undefined && !(deviation > 0 && deviation < Infinity))
     throw wrongValue('deviation', deviation, 'a length above 0');
   wholeNumber('cells', cells, 1, MOST_CELLS);
-  oneOf('unit', unit, ['mm', 'cm', 'm', 'in', 'ft']);
+  oneOf('unit', unit, Object.keys(UNITS));
   const given = fileOf('source', source);
   if (!given) throw wrongValue('source', source, 'a Blob, an ArrayBuffer, a Uint8Array, a DataView');
   const name = file === undefined ? (nameOf(source) ?? 'the file') : text('file', file);

@@ -3,8 +3,8 @@
  * digits, which is all of an f32. Source: 3MF Core Specification 1.3; APPNOTE.TXT of ZIP, 4.3.
  */
 
-/** Names of units in a 3MF. @type {Record<string, string>} */
-const UNITS = { mm: 'millimeter', cm: 'centimeter', m: 'meter', in: 'inch', ft: 'foot' };
+/** Units, and their names in a 3MF, which Open CASCADE has, too. @type {Record<string, string>} */
+export const UNITS = { mm: 'millimeter', cm: 'centimeter', m: 'meter', in: 'inch', ft: 'foot' };
 /** Bytes of text that are encoded at once. */
 const PIECE = 1 << 20;
 

@@ -8,8 +8,6 @@ import { freeFlag, state } from '../state/state.js';
 
 /** Triangles are at most so many cells away from the surface. */
 export const SHARE = 0.1;
-/** Bytes from which on the memory may not suffice. */
-const LARGE = 100e6;
 const LAST_FLAG = 255;
 /** @type {readonly string[]} */
 const UNITS = ['mm', 'cm', 'm', 'in', 'ft'];
@@ -20,10 +18,12 @@ export function isCad({ name }) {
 }
 
 /** Says that a file may be too large, before it is tried. @param {File} file */
-export function warnOfSize(file) {
-  if (!isCad(file) || file.size <= LARGE) return;
+export async function warnOfSize(file) {
+  if (!isCad(file)) return;
+  const { largeBytes } = await import('hexcast/cad');
+  if (file.size <= largeBytes) return;
   showNotice(
-    `${file.name} has ${bytes(file.size)}: above ${bytes(LARGE)} the 2 GiB that Open CASCADE can address in a page may not suffice. If it fails, export the file in parts or as STL, or use the command`,
+    `${file.name} has ${bytes(file.size)}: above ${bytes(largeBytes)} the 2 GiB that Open CASCADE can address in a page may not suffice. If it fails, export the file in parts or as STL, or use the command`,
   );
 }
 

@@ -176,7 +176,7 @@ async function addFile(mesher, { source, settings = {} }, sample) {
     } else if (/\.json$/i.test(source.name)) {
       await takeLines(source);
     } else {
-      warnOfSize(source);
+      await warnOfSize(source);
       const read = await readSurface(mesher, source);
       takeUnit(read.info.unit);
       addGeometry(read, source, sample, settings);

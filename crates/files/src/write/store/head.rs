@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use super::levels::{group_of, levels, zarr_of_levels};
+use super::levels::{group_of, levels, new_groups, zarr_of_levels};
 use super::metadata::{Described, attributes, group, plain, sharded, text};
 use super::numbers::{FLAG, OfCells};
 use super::ome::{OmeLevel, ome};
@@ -32,21 +32,14 @@ impl Head<'_> {
         let levels = levels(self.whole, &self.zarr)?;
         let mut arrays = Map::new();
         for (level, lines) in levels.iter().enumerate() {
-            let of = self.of_level(lines)?;
-            let group_of_level = group_of(level);
-            if level == 1 {
-                arrays.insert("levels".into(), bare_group());
-            }
-            if level > 0 {
-                arrays.insert(group_of_level.trim_end_matches('/').into(), bare_group());
-            }
-            arrays.extend(of.arrays()?.into_iter().map(|(name, of)| (format!("{group_of_level}{name}"), of)));
+            let (group, of) = (group_of(level), self.of_level(lines)?);
+            arrays.extend(new_groups(level).into_iter().map(|group| (group, bare_group())));
+            arrays.extend(of.arrays()?.into_iter().map(|(name, of)| (format!("{group}{name}"), of)));
         }
-        let step = |level: usize| 2f64.powi(level as i32);
         let of_level = |(level, lines)| OmeLevel {
             path: format!("{}{}", group_of(level), self.cells.name),
             lines,
-            step: step(level),
+            step: 2f64.powi(level as i32),
         };
         let of_levels: Vec<OmeLevel<'_>> = levels.iter().enumerate().map(of_level).collect();
         let names = (self.cells.name == FLAG).then_some(self.names);
@@ -73,11 +66,8 @@ impl Head<'_> {
         let mut files = vec![("zarr.json".to_string(), self.group()?)];
         for (level, whole) in levels(self.whole, &self.zarr)?.iter().enumerate() {
             let (group, of) = (group_of(level), self.of_level(whole)?);
-            if level == 1 {
-                files.push(("levels/zarr.json".into(), text(&bare_group())?));
-            }
-            if level > 0 {
-                files.push((format!("{group}zarr.json"), text(&bare_group())?));
+            for group in new_groups(level) {
+                files.push((format!("{group}/zarr.json"), text(&bare_group())?));
             }
             for (axis, name) in AXES.iter().enumerate() {
                 let centres = (0..whole.dims()[axis]).flat_map(|cell| whole.centre(axis, cell).to_le_bytes());

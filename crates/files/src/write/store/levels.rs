@@ -17,6 +17,12 @@ pub(crate) fn group_of(level: usize) -> String {
     if level == 0 { String::new() } else { format!("levels/{level}/") }
 }
 
+/// The groups that come with a level, those around it first.
+pub(crate) fn new_groups(level: usize) -> Vec<String> {
+    let around = (level == 1).then(|| "levels".to_string());
+    around.into_iter().chain((level > 0).then(|| format!("levels/{level}"))).collect()
+}
+
 /// Shapes of the shards of all levels: those of the finest, as far as these have cells.
 pub(crate) fn zarr_of_levels(zarr: &ZarrJob, Shards { shard, chunk }: Shards) -> ZarrJob {
     let shapes = ZarrJob::default();

@@ -33,17 +33,14 @@ pub(super) fn ome(
         None => json!({ "name": name, "type": "space" }),
     };
     let dataset = |level: &OmeLevel<'_>| {
-        let scale = |axis: usize| match level.lines.spacing().filter(|_| !is_graded) {
-            Some(spacing) => spacing[axis],
-            None => level.step,
-        };
-        let first = |axis: usize| match is_graded {
-            true => (level.step - 1.0) / 2.0,
-            false => level.lines.centre(axis, 0),
+        // the length of a cell along each axis, and the middle of the first
+        let (scale, first) = match level.lines.spacing().filter(|_| !is_graded) {
+            Some(spacing) => (spacing, [0, 1, 2].map(|axis| level.lines.centre(axis, 0))),
+            None => ([level.step; 3], [(level.step - 1.0) / 2.0; 3]),
         };
         let transforms = json!([
-            { "type": "scale", "scale": [scale(2), scale(1), scale(0)] },
-            { "type": "translation", "translation": [first(2), first(1), first(0)] },
+            { "type": "scale", "scale": [scale[2], scale[1], scale[0]] },
+            { "type": "translation", "translation": [first[2], first[1], first[0]] },
         ]);
         json!({ "path": level.path, "coordinateTransformations": transforms })
     };
@@ -53,9 +50,9 @@ pub(super) fn ome(
         "datasets": levels.iter().map(dataset).collect::<Vec<Value>>(),
     });
     let mut told = Vec::new();
-    if let Some((kind, how)) = rule.map(of_rule) {
-        image["type"] = json!(kind);
-        told.push(how);
+    if let Some(rule) = rule {
+        image["type"] = json!(rule);
+        told.push(described(rule));
     }
     if is_graded {
         told.push(
@@ -73,14 +70,14 @@ pub(super) fn ome(
     all
 }
 
-fn of_rule(rule: Levels) -> (&'static str, &'static str) {
+/// What a rule does, in a sentence.
+fn described(rule: Levels) -> &'static str {
     match rule {
-        Levels::Majority => (
-            "majority",
+        Levels::Majority => {
             "A cell of a coarser level has the flag that most of its eight cells of the level before have, background too; of equal ones that of \
-             the fewest cells.",
-        ),
-        _ => ("any", "A cell of a coarser level has the flag, of those in it, that has the fewest cells in the mesh."),
+             the fewest cells."
+        }
+        _ => "A cell of a coarser level has the flag, of those in it, that has the fewest cells in the mesh.",
     }
 }
 
