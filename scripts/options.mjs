@@ -28,7 +28,7 @@ const NAMED = [
   'CutCellsJob',
 ];
 /** Keys that only the native program has. */
-const NATIVE = ['backend'];
+const NATIVE = ['backend', 'deviation'];
 /** Definitions with keys of their own, in the order of the reference. */
 const INNER = [
   'Material',

@@ -69,6 +69,8 @@ export type ErrorCode =
   | 'no-metal'
   /** Smoothed permittivity is asked for, and what a geometry is made of has none. */
   | 'no-permittivity'
+  /** In the command and other packages alone: nothing converts STEP and IGES; see `readCad` of `hexcast/cad`. */
+  | 'cad-program'
   | 'too-many-crossings'
   | 'export-too-large'
   | 'export-unit'

@@ -3,9 +3,9 @@
 use std::ffi::c_char;
 
 use hexcast::control::Control;
-use hexcast::files::read_file;
+use hexcast::files::read_geometry;
 use hexcast::geometry::Facet;
-use hexcast::job::Job;
+use hexcast::job::{GeometryJob, Job};
 use hexcast::sources::Source;
 use hexcast::{Error, Result};
 
@@ -148,9 +148,13 @@ unsafe fn sources(job: &Job, facets: &[HexcastFacets], known: &[Source]) -> Resu
         // SAFETY: the caller of this function vouches for it
         in_memory.push(Source::from_facets(file, unsafe { some.facets(file) }?)?);
     }
-    let source = |file: &String| match in_memory.iter().chain(known).find(|source| source.file == *file) {
+    let source = |(index, entry): (usize, &GeometryJob)| match in_memory
+        .iter()
+        .chain(known)
+        .find(|source| source.file == entry.file)
+    {
         Some(source) => Ok(source.clone()),
-        None => read_file(file, &Control::default()),
+        None => read_geometry(job, index, &Control::default()),
     };
-    job.geometries.iter().map(|geometry| source(&geometry.file)).collect()
+    job.geometries.iter().enumerate().map(source).collect()
 }

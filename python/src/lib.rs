@@ -3,6 +3,8 @@
 //! Jobs and reports cross as JSON, arrays without a copy where NumPy owns them. Whatever takes long runs on a thread of its own with
 //! the GIL released, while the calling thread looks for Ctrl-C and calls the caller's progress function: see `run.rs`.
 
+use std::path::PathBuf;
+
 use hexcast::Error;
 use hexcast::job::JobFile;
 use pyo3::prelude::*;
@@ -51,6 +53,9 @@ fn available_bytes() -> Option<u64> {
 #[pymodule(gil_used = false)]
 fn _hexcast(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    // files of CAD are converted by the packages of this Python
+    let python: Option<PathBuf> = module.py().import("sys")?.getattr("executable")?.extract()?;
+    python.filter(|program| !program.as_os_str().is_empty()).map(hexcast::files::use_python);
     module.add_class::<mesh::RawMesh>()?;
     module.add_class::<surface::Surface>()?;
     module.add_class::<scene::RawScene>()?;

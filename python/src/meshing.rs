@@ -2,7 +2,7 @@
 
 use hexcast::control::Control;
 use hexcast::estimate::Estimate;
-use hexcast::files::{FileStore, read_file};
+use hexcast::files::{FileStore, read_geometry};
 use hexcast::job::{Job, PartJob};
 use hexcast::measured::Measured;
 use hexcast::pipeline::{self, MeshOptions, Prepared, SpillTarget, part_step, prepare};
@@ -138,7 +138,7 @@ pub(crate) fn read(json: &str) -> Result<Job> {
 pub(crate) fn sources(job: &Job, surfaces: &Surfaces, control: &Control) -> Result<Vec<Source>> {
     let source = |index: usize| match &surfaces[index] {
         Some(surface) => Ok(surface.get().source.clone()),
-        None => read_file(&job.geometries[index].file, control),
+        None => read_geometry(job, index, control),
     };
     let sources: Vec<Result<Source>> = (0..surfaces.len()).into_par_iter().map(source).collect();
     sources.into_iter().collect()

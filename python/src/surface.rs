@@ -1,9 +1,9 @@
 //! Surfaces: facets that were read, or taken from arrays, once, for any number of meshes.
 
-use hexcast::files::read_file;
+use hexcast::files::{Fineness, read_fine};
 use hexcast::geometry::Facet;
 use hexcast::sources::Source;
-use hexcast::{Error, Result};
+use hexcast::{Control, Error, Result};
 use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
 
@@ -17,10 +17,13 @@ pub(crate) struct Surface {
 
 #[pymethods]
 impl Surface {
-    /// Reads an STL file.
+    /// Reads a file.
     #[staticmethod]
-    fn from_file(py: Python<'_>, file: &str) -> PyResult<Surface> {
-        run(py, None, |control| read_file(file, control)).map(|source| Surface { source })
+    #[pyo3(signature = (file, deviation=None))]
+    fn from_file(py: Python<'_>, file: &str, deviation: Option<f64>) -> PyResult<Surface> {
+        let read =
+            |control: &Control| read_fine(file, &deviation.map_or(Ok(Fineness::default()), Fineness::within)?, control);
+        run(py, None, read).map(|source| Surface { source })
     }
 
     /// Takes the bytes of an STL file.

@@ -3,6 +3,7 @@
 //! Names of files -> [`Source`]s, several files at the same time on all cores. [`FileAt`] reads at any place; [`FileStore`] keeps columns in a file, and [`WrittenFolder`] writes
 //! the files of a Zarr store.
 
+mod cad;
 pub mod place;
 #[cfg(feature = "save")]
 pub mod saved;
@@ -18,10 +19,11 @@ use hexcast_core::base::error::{Error, Result};
 use hexcast_core::base::memory::Memory;
 use hexcast_core::base::parallel::*;
 use hexcast_core::cells::columns::{Store, sealed};
-use hexcast_core::input::job::{GeometryJob, Job};
+use hexcast_core::input::job::Job;
 use hexcast_core::input::read::ReadAt;
 use hexcast_core::input::sources::Source;
 
+pub use cad::{Fineness, read_cad, use_python};
 pub use written_folder::WrittenFolder;
 
 /// Reads the file of every geometry of a job, in their order, within the memory that it allows; the first that fails decides the error.
@@ -33,25 +35,46 @@ pub fn read_job_files(job: &Job, control: &Control) -> Result<Vec<Source>> {
     if let Some(max) = job.max_memory {
         control.memory = Memory::limited(max.0, 0);
     }
-    let read = |geometry: &GeometryJob| read_file(&geometry.file, &control);
-    let sources: Vec<Result<Source>> = job.geometries.par_iter().map(read).collect();
+    let read = |geometry: usize| read_geometry(job, geometry, &control);
+    let sources: Vec<Result<Source>> = (0..job.geometries.len()).into_par_iter().map(read).collect();
     sources.into_iter().collect()
 }
 
-/// Reads a file in chunks; `file` is its path, and its name in reports and messages.
+/// Reads the file of one geometry of a job; triangles of STEP and IGES are as fine as its cells ask for.
 ///
 /// # Errors
-/// Those of [`open_file`] and [`Source::read`]; `io` where the path is a pipe or a device, which have no length.
+/// Those of [`read_file`].
+pub fn read_geometry(job: &Job, geometry: usize, control: &Control) -> Result<Source> {
+    read_fine(&job.geometries[geometry].file, &Fineness::of_job(job, geometry, 1.0), control)
+}
+
+/// Reads a file in chunks; `file` is its path, and its name in reports and messages. STEP and IGES become triangles as for 128 cells along the
+/// longest axis.
+///
+/// # Errors
+/// Those of [`open_file`], [`Source::read`] and [`read_cad`]; `io` where the path is a pipe or a device, which have no length.
 pub fn read_file(file: &str, control: &Control) -> Result<Source> {
+    read_fine(file, &Fineness::default(), control)
+}
+
+/// The same; `fineness` is how fine the triangles of STEP and IGES are.
+///
+/// # Errors
+/// Those of [`read_file`].
+pub fn read_fine(file: &str, fineness: &Fineness, control: &Control) -> Result<Source> {
     let mut input = open_file(Path::new(file))?;
     let metadata = input.metadata().map_err(|error| Error::io(format!("reading {file}"), error))?;
     if !metadata.is_file() {
         return Err(Error::new(
             "io",
             format!("{file} is not a file"),
-            "name a file of a surface (STL, OBJ, PLY, OFF, 3MF, GLB), or give its bytes",
+            "name a file of a surface (STL, OBJ, PLY, OFF, 3MF, GLB, STEP, IGES), or give its bytes",
         ));
     }
+    if let Some(source) = read_cad(file, &mut input, fineness, control)? {
+        return Ok(source);
+    }
+    input.rewind().map_err(|error| Error::io(format!("reading {file}"), error))?;
     let again = FileAt::new(input.try_clone().map_err(|error| Error::io(format!("reading {file}"), error))?);
     Source::read_again(file, metadata.len(), (&mut input, Arc::new(again)), control)
 }

@@ -98,6 +98,12 @@ pub struct InputReport {
     pub format: &'static str,
     /// The unit of its coordinates; null where it does not say.
     pub unit: Option<&'static str>,
+    /// Of STEP and IGES: largest distance of its triangles from its surfaces, in that unit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub deviation: Option<f64>,
+    /// Of STEP and IGES: the program that made the triangles, and its release.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub converted_by: Option<String>,
     /// Number of facets.
     pub facets: u64,
     /// Facets whose file normal points against their corners; the corners count.
@@ -118,6 +124,8 @@ impl InputReport {
             bytes: contents.n_bytes,
             format: contents.format.name(),
             unit: contents.unit,
+            deviation: contents.conversion.as_ref().map(|of| of.deviation),
+            converted_by: contents.conversion.as_ref().map(|of| of.program.clone()),
             facets: contents.n_facets,
             wrong_normals: contents.wrong_normals,
             zero_area: contents.zero_area,

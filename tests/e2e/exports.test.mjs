@@ -15,7 +15,7 @@ const SETTINGS =
   'dims=31+29+37&padding=2&axis=y&g=file%3Dcore.stl%26name%3Dcore+of+it%26flag%3D9%26priority%3D2%26translate%3D6+0+1&sample=shells&backend=cpu';
 const SUMMARY = '#file-options > summary';
 /** Files of programs. */
-const EXPORTS = ['foam', 'inp', 'msh', 'xdmf', 'csx-xml', 'in', 'geometry-xml', 'nrrd', 'vox', 'binvox'];
+const EXPORTS = ['foam', 'inp', 'msh', 'xdmf', 'csx-xml', 'in', 'geometry-xml', 'nrrd', 'vox', 'glb', 'stl', 'binvox'];
 
 /** The files of programs in the list, and those that nobody can click. */
 const offered = async (page, which = '') => {
@@ -39,7 +39,7 @@ test('a case of OpenFOAM, text, and the cells of some flags are the files of the
     await page.waitForFunction(() => location.hash.includes('material%3Dpec'));
     await run(page);
     await page.click(SUMMARY);
-    assert.deepEqual(await offered(page), ['foam', 'inp', 'msh', 'xdmf', 'csx-xml', 'in', 'geometry-xml', 'nrrd', 'vox']);
+    assert.deepEqual(await offered(page), ['foam', 'inp', 'msh', 'xdmf', 'csx-xml', 'in', 'geometry-xml', 'nrrd', 'vox', 'glb', 'stl']);
     await writeSample('shells', folder);
     mkdirSync(path.join(folder, 'case'));
     await runCopied(page, folder, [

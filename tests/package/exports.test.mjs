@@ -38,11 +38,11 @@ const COW = { file: SPOT, flag: 7, name: 'cow', material: { eps_r: 50, sigma: 0.
 const JOBS = {
   'cubes of several substances': {
     job: { geometries: BODIES, cell_size: 0.5, padding: { cells: 1 }, unit: 'mm', background: AIR },
-    formats: ['foam', 'inp', 'msh', 'xdmf', 'csx.xml', 'in', 'geometry.xml', 'nrrd', 'vox', 'binvox'],
+    formats: ['foam', 'inp', 'msh', 'xdmf', 'csx.xml', 'in', 'geometry.xml', 'nrrd', 'vox', 'glb', 'stl', 'binvox'],
   },
   'cells that are no cubes, in inches': {
     job: { geometries: [COW], dims: [31, 17, 43], axis: 'y', unit: 'in', background: AIR },
-    formats: ['foam', 'inp', 'msh', 'xdmf', 'csx.xml', 'in', 'geometry.xml', 'nrrd', 'vox'],
+    formats: ['foam', 'inp', 'msh', 'xdmf', 'csx.xml', 'in', 'geometry.xml', 'nrrd', 'vox', 'glb', 'stl'],
   },
   'cells that differ in size': {
     job: { geometries: BODIES, graded: { max_size: [2, 1.5, 1] }, padding: { length: 3 }, unit: 'cm', background: AIR },
@@ -50,7 +50,7 @@ const JOBS = {
   },
   'more cells along x than a model of .vox and a slab have': {
     job: { geometries: [COW], domain: [-0.6, -0.8, -0.6, 0.6, 1.0, 1.2], dims: [301, 30, 40], unit: 'm', background: AIR },
-    formats: ['foam', 'nrrd', 'vox', 'csx.xml', 'in', 'xdmf'],
+    formats: ['foam', 'nrrd', 'vox', 'glb', 'csx.xml', 'in', 'xdmf'],
   },
 };
 

@@ -6,6 +6,7 @@ import struct
 from pathlib import Path
 
 import numpy as np
+import pytest
 import trimesh
 from conftest import Model, cuboid, hexcast, save
 
@@ -125,3 +126,29 @@ def test_binvox(model: Model) -> None:
     np.testing.assert_array_equal(read.matrix, expected)
     header = (model.folder / "m.binvox").read_bytes().split(b"data\n")[0].decode()
     assert header == "#binvox 1\ndim 16 16 16\ntranslate 0.0 0.0 0.0\nscale 8.0\n"
+
+
+def test_surfaces(model: Model) -> None:
+    """Each flag is a closed surface with the volume of its cells, in its place, for a reader of others."""
+    lines = model.lines
+    wanted = {flag: model.volumes[model.of(flag)].sum() for flag in (1, 2, 9)}
+    hexcast("convert", "m.hxc", "m.glb", cwd=model.folder)
+    scene = trimesh.load(model.folder / "m.glb", process=False)
+    assert len(scene.geometry) == len(wanted)
+    for node in scene.graph.nodes_geometry:
+        place, name = scene.graph[node]
+        mesh = scene.geometry[name]
+        flag = mesh.metadata["flag"]
+        assert mesh.is_watertight and mesh.is_winding_consistent
+        metres = np.cbrt(np.linalg.det(place[:3, :3]))
+        assert mesh.volume == pytest.approx(wanted[flag], rel=1e-4)
+        cells = np.argwhere(model.flags == flag)
+        low, high = (np.array([of[at] for of, at in zip(lines, ends)]) for ends in (cells.min(0), cells.max(0) + 1))
+        # y is up
+        turned = np.array([[low[0], low[2], -high[1]], [high[0], high[2], -low[1]]]) * metres
+        np.testing.assert_allclose(mesh.copy().apply_transform(place).bounds, turned, rtol=1e-5, atol=1e-6 * metres)
+    for ascii in [], ["--ascii"]:
+        hexcast("convert", "m.hxc", "m.stl", *ascii, cwd=model.folder)
+        read = trimesh.load(model.folder / "m.stl")
+        parts = read.geometry.values() if ascii else [read]
+        assert sum(part.volume for part in parts) == pytest.approx(sum(wanted.values()), rel=1e-4)

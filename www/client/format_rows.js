@@ -85,6 +85,16 @@ export const FORMATS = Object.freeze({
     about: 'coloured cubes, to look at',
     file: 'NAME.vox',
   }),
+  glb: row('export', 'application/octet-stream', false, false, false, 'any', {
+    program: 'glTF',
+    about: 'closed surfaces of cells, with names and colours',
+    file: 'NAME.glb',
+  }),
+  stl: row('export', 'application/octet-stream', false, true, false, 'any', {
+    program: 'STL',
+    about: 'closed surfaces of cells',
+    file: 'NAME.stl',
+  }),
   binvox: row('export', 'application/octet-stream', false, false, false, 'cubes', {
     program: 'binvox',
     about: 'a cube of bits, to look at',

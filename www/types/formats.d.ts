@@ -33,4 +33,6 @@ export type ProgramFormat =
   | 'geometry.xml'
   | 'nrrd'
   | 'vox'
+  | 'glb'
+  | 'stl'
   | 'binvox';

@@ -96,6 +96,7 @@ export interface Skin {
  * - `geometry.xml`: OpenMC, for cells of one size.
  * - `nrrd`: 3D Slicer, ITK, pynrrd, for cells of one size.
  * - `vox`: MagicaVoxel, for cells of one size. `binvox`: for cubes.
+ * - `glb`, `stl`: closed surfaces of the cells; GLB with names and colours, in metres where the unit is known.
  *
  * foam, inp, csx.xml, in and geometry.xml need the `unit` of the job. HDF5 is held in memory, up to 2^29 bytes of numbers: of xdmf 65 bytes a cell and
  * 24 a point, of in 2 a cell of the box.

@@ -2,9 +2,10 @@
 
 use hexcast_core::cells::columns::{Columns, Named};
 use hexcast_core::grid::lines::Lines;
+use hexcast_core::grid::rays::Rays;
 use hexcast_core::input::job::Stencil;
-use hexcast_core::testing::pattern_columns;
 pub use hexcast_core::testing::pattern_flag;
+use hexcast_core::testing::{band_of, pattern_columns};
 
 use crate::fractions::Fractions;
 use crate::links::{Link, Links};
@@ -63,4 +64,12 @@ pub fn no_fractions(dims: [u32; 3]) -> Fractions {
         has_centroids: false,
         sampled_cells: 0,
     }
+}
+
+/// A mesh of unit cells with these flags, x fastest.
+pub fn of_flags(dims: [u32; 3], flags: &[u8]) -> Mesh {
+    let rays = Rays::new(0, dims);
+    let band = band_of(&rays, |[x, y, z]| flags[(x + dims[0] * (y + dims[1] * z)) as usize]);
+    let lines = Lines::new([0.0; 3], [1.0; 3], dims).unwrap();
+    Mesh::new(lines, Columns::new(rays, vec![band]).unwrap(), Vec::new(), None).unwrap()
 }

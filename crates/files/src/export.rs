@@ -31,6 +31,7 @@ mod options;
 mod output;
 mod patches;
 mod plates;
+mod surfaces;
 mod unit;
 mod xml;
 

@@ -89,7 +89,7 @@ def mesh(
 
     :param what: one of
 
-        - a surface: the name of a file (STL, OBJ, PLY, OFF, 3MF or GLB), or whatever :func:`surface` takes, such as
+        - a surface: the name of a file (STL, OBJ, PLY, OFF, 3MF, GLB, STEP or IGES), or whatever :func:`surface` takes, such as
           ``(vertices, faces)``;
         - a scene of trimesh or a MultiBlock of PyVista: each of its meshes is a geometry, named as there;
         - a dict with the key ``file`` or ``source`` for the surface, and others of :class:`GeometryOptions`;

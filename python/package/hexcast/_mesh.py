@@ -341,7 +341,7 @@ class Mesh:
 
         :param path: ends in ``.vti``, ``.vtr``, ``.npy``, ``.npz``, ``.raw`` (with a ``.raw.json`` beside it), ``.hxc``, ``.zarr``, a folder, or
             ``.zarr.zip``, the files of that folder in an archive; or as the files of a solver do: ``.foam``, ``.eb``, ``.inp``, ``.msh``, ``.xdmf``,
-            ``.csx.xml``, ``.in``, ``geometry.xml``, ``.nrrd``, ``.vox``, ``.binvox`` and others of ``docs/export``. What has this name is replaced when all is written. It may be an
+            ``.csx.xml``, ``.in``, ``geometry.xml``, ``.nrrd``, ``.vox``, ``.glb``, ``.stl``, ``.binvox`` and others of ``docs/export``. What has this name is replaced when all is written. It may be an
             address of fsspec's, such as ``s3://bucket/mesh.zarr``, which needs s3fs; the file is then made in a temporary folder first.
         :param compress: level of what is compressed, 1 (fast) to 9 (small), or ``"none"``; by default 6.
         :param bits: eight cells a byte, for ``.raw`` and ``.npy`` of meshes with one flag.

@@ -167,6 +167,9 @@ class JobOptions(TypedDict, total=False):
     max_memory: Union[int, str]
     #: Unit of the files' lengths, such as "mm"; repeated in every output.
     unit: str
+    #: Largest distance of the triangles of STEP and IGES files from their surfaces, in the unit of the job; by default a tenth of the
+    #: smallest cell.
+    deviation: float
     #: Name and substance of the cells of no geometry, flag 0. Keys: ``name``, ``material``. Such as ``{"name": "air", "material":
     #: {"eps_r": 1}}``.
     background: Mapping[str, Any]

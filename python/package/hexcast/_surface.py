@@ -20,12 +20,13 @@ SurfaceLike = Union[str, "os.PathLike[str]", bytes, Surface, "tuple[ArrayLike, A
 Arrays = tuple[Any, Any]
 
 
-def surface(source: SurfaceLike, name: Optional[str] = None) -> Surface:
+def surface(source: SurfaceLike, name: Optional[str] = None, *, deviation: Optional[float] = None) -> Surface:
     """Reads a surface once, for any number of meshes.
 
     :param source: one of
 
-        - the name of a file (STL, OBJ, PLY, OFF, 3MF or GLB), or its bytes;
+        - the name of a file (STL, OBJ, PLY, OFF, 3MF, GLB; STEP and IGES with ``pip install hexcast[step]``), or, but of the last two, its
+          bytes;
         - a tuple ``(vertices, faces)``: coordinates of shape (n, 3), and for each triangle the numbers of three vertices,
           counted from 0, of shape (m, 3);
         - an array of corners of shape (m, 3, 3): triangle, corner, coordinate;
@@ -33,9 +34,12 @@ def surface(source: SurfaceLike, name: Optional[str] = None) -> Surface:
           ``triangles``) or numpy-stl (``vectors``). Scenes of several meshes are for :func:`hexcast.mesh`.
 
     :param name: its name in reports; by default that of the file.
+    :param deviation: of STEP and IGES, largest distance of the triangles from the surfaces, in mm; by default a tenth of a cell of 128 along
+        the longest axis. :func:`hexcast.mesh` chooses it by its own cells, if it gets the name of the file.
     :returns: the surface. Coordinates are 32-bit floats, as in STL files: others are rounded to these.
     :raises hexcast.Error: ``io``; an ``stl-`` code where a file cannot be understood; ``stl-empty`` without triangles;
-        ``stl-not-finite``; ``job-value`` for arrays of other shapes, and for faces with vertices that are not there.
+        ``stl-not-finite``; ``cad-program`` where nothing converts STEP and IGES; ``job-value`` for arrays of other shapes, and for faces
+        with vertices that are not there.
 
     >>> import hexcast
     >>> corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
@@ -47,7 +51,7 @@ def surface(source: SurfaceLike, name: Optional[str] = None) -> Surface:
     if isinstance(source, (str, os.PathLike)):
         if not os.path.exists(source):
             raise missing(source)
-        return Surface.from_file(os.fspath(source))
+        return Surface.from_file(os.fspath(source), deviation)
     name = "surface" if name is None else name
     if isinstance(source, (bytes, bytearray, memoryview)):
         return Surface.from_bytes(name, bytes(source))

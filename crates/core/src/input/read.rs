@@ -36,7 +36,9 @@ mod whole;
 mod words;
 mod xml_events;
 
-pub use contents::{Contents, Format, Solid};
+pub use contents::{Contents, Conversion, Format, Solid};
+#[doc(hidden)]
+pub use sniff::cad_format;
 pub use stl_in_file::ReadAt;
 
 use stl_in_file::Again;

@@ -113,6 +113,7 @@ impl Source {
             zero_normals: 0,
             zero_area,
             has_colours: false,
+            conversion: None,
             warnings: Vec::new(),
         };
         Ok(Source::new(file, contents, None))

@@ -51,6 +51,10 @@ formats! {
         Nrrd = nrrd,
         /// MagicaVoxel: coloured cubes.
         Vox = vox,
+        /// glTF 2.0, binary: closed surfaces with names and colours.
+        Glb = glb,
+        /// STL: closed surfaces.
+        Stl = stl,
         /// binvox: a cube of bits.
         Binvox = binvox,
     }

@@ -11,6 +11,7 @@ use hexcast_derived::testing::{parts, pattern, pattern_flag, pattern_flags};
 mod facts;
 mod fields;
 mod solids;
+mod surfaces;
 
 /// Files in memory; those that need a place in a folder.
 struct Held {
@@ -87,6 +88,8 @@ fn an_exporter_is_found_by_the_end_of_a_path() {
         ("soil.in", Some(Exporter::Gprmax)),
         ("case.eb/", Some(Exporter::Amrex)),
         ("a.vox", Some(Exporter::Vox)),
+        ("a.glb", Some(Exporter::Glb)),
+        ("part.STL", Some(Exporter::Stl)),
         ("a.binvox", Some(Exporter::Binvox)),
         ("a.raw", None),
         ("nrrd", None),

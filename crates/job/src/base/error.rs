@@ -127,6 +127,7 @@ pub const CODES: &[(&str, Actor, &str)] = &[
     ("device-failed", Actor::Device, "the GPU driver reported an error"),
     ("device-wrong", Actor::Device, "the GPU driver computes wrongly, and its result was discarded"),
     ("device-lost", Actor::Device, "the GPU device was lost and could not be brought back"),
+    ("cad-program", Actor::System, "no program was found that converts a file of CAD, or it failed"),
     ("io", Actor::System, "reading or writing a file failed"),
     ("disposed", Actor::Caller, "in JavaScript: the mesher, mesh or surface was disposed of before the call"),
     ("callback", Actor::Caller, "in JavaScript: the caller's function threw"),

@@ -365,6 +365,10 @@ pub struct Job {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "cli", arg(long, value_name = "UNIT"))]
     pub unit: Option<String>,
+    /// Largest distance of the triangles of STEP and IGES files from their surfaces, in the unit of the job; by default a tenth of the smallest cell.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "cli", arg(long, value_name = "D", value_parser = number::<f64>))]
+    pub deviation: Option<f64>,
     /// Name and substance of the cells of no geometry, flag 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "cli", arg(long, value_name = "KEY=VALUE,...", help_heading = OUTPUT))]

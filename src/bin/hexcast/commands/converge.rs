@@ -46,7 +46,10 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     }
     arguments.job.set_threads(job.max_memory)?;
     let output = arguments.output.as_deref().map(open_graph).transpose()?;
-    let sources = read_job_files(&job, token, Progress::new(arguments.json))?;
+    // triangles of files of CAD are those of the smallest cells
+    let mut finest = job.clone();
+    finest.cells = arguments.sizes.iter().copied().max();
+    let sources = read_job_files(&finest, token, Progress::new(arguments.json))?;
     let mut control = Control::default();
     control.cancel = token.clone();
     let levels = pollster::block_on(async {

@@ -7,6 +7,7 @@ use hexcast::control::{CancelToken, Control};
 use hexcast::geometry::{Geometry, SharedFacets};
 use hexcast::job::ByteSize;
 use hexcast::mesh::Mesh;
+use hexcast::read::Conversion;
 use hexcast::report::ColumnsReport;
 use hexcast::sources::Source;
 use hexcast::surface::{Surface, surface_within};
@@ -33,7 +34,7 @@ Examples:
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
-    /// Surfaces (STL, OBJ, OFF, PLY, 3MF, GLB, also packed by gzip) and column files (.hxc), or - for standard input. After a file with an error the next ones are still shown
+    /// Surfaces (STL, OBJ, OFF, PLY, 3MF, GLB, also packed by gzip; STEP, IGES) and column files (.hxc), or - for standard input. After a file with an error the next ones are still shown
     #[arg(value_name = "FILE", required = true, value_parser = input_name())]
     files: Vec<String>,
     /// Print a JSON list with one object per file
@@ -175,6 +176,7 @@ fn surface_in_json(facts: &Facts) -> Value {
         "unit": contents.unit,
         "bytes": contents.n_bytes,
         "blake3": source.blake3,
+        "deviation": contents.conversion.as_ref().map(|of| of.deviation),
         "facets": contents.n_facets,
         "solids": solids,
         "bounding_box": bounding_box,
@@ -205,6 +207,10 @@ fn surface_in_words(facts: &Facts) -> String {
     let colours = if contents.has_colours { ", with colours" } else { "" };
     let unit = contents.unit.map_or(String::new(), |unit| format!(", in {unit}"));
     table.line("format", format!("{}{colours}{unit}", contents.format.name()));
+    if let Some(Conversion { deviation, program }) = &contents.conversion {
+        let unit = contents.unit.unwrap_or_default();
+        table.line("triangles", format!("at most {} {unit} from its surfaces, by {program}", short(*deviation)));
+    }
     table.line("facets", HumanCount(contents.n_facets));
     for (name, n_facets) in solids.iter().filter(|(name, _)| solids.len() > 1 || !name.is_empty()).take(MAX_SOLIDS) {
         table.line("solid", format!("\"{name}\": {} facets", HumanCount(*n_facets as u64)));

@@ -11,7 +11,7 @@ use hexcast::{Error, Result};
 use indicatif::HumanCount;
 use serde_json::json;
 
-use crate::files::{output_file::PendingFile, reading::read_job_files};
+use crate::files::{output_file::PendingFile, reading::read_finer_job_files};
 use crate::options::arguments::{JobArguments, number};
 use crate::options::format_arguments::{DEFAULT_COMPRESS, compression};
 use crate::screen::{progress::Progress, terminal};
@@ -67,7 +67,8 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     let job = arguments.job.job()?;
     arguments.job.set_threads(job.max_memory)?;
     let output = arguments.output.as_deref().map(open).transpose()?;
-    let sources = read_job_files(&job, token, Progress::new(arguments.json))?;
+    let finer = f64::from(arguments.levels).exp2();
+    let sources = read_finer_job_files(&job, finer, token, Progress::new(arguments.json))?;
     let mut control = Control::default();
     control.cancel = token.clone();
     let mut how = Refinement::new(arguments.levels);

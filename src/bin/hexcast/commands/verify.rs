@@ -104,18 +104,16 @@ type Formats = BTreeMap<String, &'static str>;
 /// The solids of each entry of a job; and which files are not STL, with their format.
 fn files(job: &Job, token: &CancelToken) -> Result<(Vec<Vec<Solid>>, Formats)> {
     let (mut files, mut shared) = (Vec::new(), BTreeMap::new());
-    for entry in &job.geometries {
+    for (index, entry) in job.geometries.iter().enumerate() {
         let solids = match solids(&entry.file) {
-            Err(error) if error.code() == "stl-not-stl" => {
-                match reading::solids_beside_stl(&entry.file, job.max_memory, token) {
-                    Ok(Some((format, solids))) => {
-                        shared.insert(entry.file.clone(), format);
-                        solids
-                    }
-                    Err(other) if other.code() != error.code() => return Err(other),
-                    _ => return Err(error),
+            Err(error) if error.code() == "stl-not-stl" => match reading::solids_beside_stl(job, index, token) {
+                Ok(Some((format, solids))) => {
+                    shared.insert(entry.file.clone(), format);
+                    solids
                 }
-            }
+                Err(other) if other.code() != error.code() => return Err(other),
+                _ => return Err(error),
+            },
             solids => solids?,
         };
         files.push(solids);

@@ -19,13 +19,24 @@ use rayon::prelude::*;
 
 use crate::files::{ledger, standard_streams};
 use crate::screen::{memory, progress::Progress};
-use hexcast::files::{FileAt, FileStore};
+use hexcast::files::{FileAt, FileStore, Fineness, read_cad};
 
 const CHUNK_BYTES: usize = 1 << 20;
 
 /// Reads the file of every geometry of a job, in their order.
 pub(crate) fn read_job_files(job: &Job, token: &CancelToken, progress: Progress) -> Result<Vec<Source>> {
-    let files: Vec<&str> = job.geometries.iter().map(|geometry| geometry.file.as_str()).collect();
+    read_finer_job_files(job, 1.0, token, progress)
+}
+
+/// The same for cells that are so many times smaller in places than those of the job.
+pub(crate) fn read_finer_job_files(
+    job: &Job,
+    finer: f64,
+    token: &CancelToken,
+    progress: Progress,
+) -> Result<Vec<Source>> {
+    let entry = |index: usize| (&job.geometries[index].file[..], Fineness::of_job(job, index, finer));
+    let files: Vec<(&str, Fineness)> = (0..job.geometries.len()).map(entry).collect();
     read(&files, (job.max_memory, true), token, progress)
 }
 
@@ -36,12 +47,13 @@ pub(crate) fn read_files(
     token: &CancelToken,
     progress: Progress,
 ) -> Result<Vec<Source>> {
-    read(files, (max_memory, false), token, progress)
+    let files: Vec<(&str, Fineness)> = files.iter().map(|file| (*file, Fineness::default())).collect();
+    read(&files, (max_memory, false), token, progress)
 }
 
 /// The same, where facets may stay in their files.
 fn read(
-    files: &[&str],
+    files: &[(&str, Fineness)],
     (max_memory, may_stay): (Option<ByteSize>, bool),
     token: &CancelToken,
     progress: Progress,
@@ -50,7 +62,7 @@ fn read(
     let mut control = Control::default();
     control.cancel = token.clone();
     control.memory = Memory::beside_program(max, memory::program_bytes(false));
-    let total = files.iter().filter_map(|file| std::fs::metadata(file).ok()).map(|metadata| metadata.len()).sum();
+    let total = files.iter().filter_map(|(file, _)| std::fs::metadata(file).ok()).map(|metadata| metadata.len()).sum();
     let bar = progress.bytes("read", Some(total));
     let sources: Vec<Result<Source>> = files.par_iter().map(|file| read_file(file, may_stay, &control, &bar)).collect();
     bar.finish_and_clear();
@@ -60,13 +72,15 @@ fn read(
 /// Solids by their names.
 pub(crate) type NamedSolids = Vec<(String, Vec<Facet>)>;
 
-/// The solids of a file that is no STL, or a packed one, and its format; None of an STL.
+/// The solids of the file of a geometry of a job that is no STL, or a packed one, and its format; None of an STL.
 pub(crate) fn solids_beside_stl(
-    file: &str,
-    max_memory: Option<ByteSize>,
+    job: &Job,
+    geometry: usize,
     token: &CancelToken,
 ) -> Result<Option<(&'static str, NamedSolids)>> {
-    let sources = read_files(&[file], max_memory, token, Progress::new(true))?;
+    let file = &job.geometries[geometry].file[..];
+    let fineness = Fineness::of_job(job, geometry, 1.0);
+    let sources = read(&[(file, fineness)], (job.max_memory, false), token, Progress::new(true))?;
     let Some(contents) = sources.into_iter().next().map(|source| source.contents) else { return Ok(None) };
     let mut start = [0; 2];
     let read = ledger::open(Path::new(file))?.read_exact(&mut start);
@@ -86,14 +100,27 @@ pub(crate) fn lines_of_box(job: &Job, token: &CancelToken) -> Result<[Vec<f64>; 
     Ok([0, 1, 2].map(|axis| whole.list(axis)))
 }
 
-fn read_file(file: &str, may_stay: bool, control: &Control, bar: &ProgressBar) -> Result<Source> {
+fn read_file(
+    (file, fineness): &(&str, Fineness),
+    may_stay: bool,
+    control: &Control,
+    bar: &ProgressBar,
+) -> Result<Source> {
+    if !standard_streams::is_standard(Path::new(file)) {
+        let mut input = ledger::open(Path::new(file))?;
+        if input.metadata().is_ok_and(|metadata| metadata.is_file())
+            && let Some(source) = read_cad(file, &mut bar.wrap_read(&mut input), fineness, control)?
+        {
+            return Ok(source);
+        }
+    }
     // held until its facets are read
     let mut room = Held::of(&control.memory);
     let Input { input, n_bytes, again } = open(file, &mut room, control)?;
     let mut input = bar.wrap_read(input);
     match again.filter(|_| may_stay) {
-        Some(again) => Source::read_again(file, n_bytes, (&mut input, Arc::new(again)), control),
-        None => Source::read(file, n_bytes, &mut input, control),
+        Some(again) => Source::read_again(*file, n_bytes, (&mut input, Arc::new(again)), control),
+        None => Source::read(*file, n_bytes, &mut input, control),
     }
 }
 

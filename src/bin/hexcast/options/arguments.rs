@@ -18,7 +18,7 @@ use crate::options::{
 /// What to mesh and how finely.
 #[derive(clap::Args)]
 pub(crate) struct JobArguments {
-    /// STL, OBJ, OFF, PLY, 3MF or GLB files, also packed by gzip, or - for standard input. They get the flags 1, 2, ... in order, unless set as in
+    /// STL, OBJ, OFF, PLY, 3MF or GLB files, also packed by gzip, STEP or IGES files, or - for standard input. They get the flags 1, 2, ... in order, unless set as in
     /// coil.stl:flag=7,priority=2,name=copper (keys: flag, priority, open, fill, shell, invert, max_size, min_cells, metal, name, solid, split,
     /// same_flag, scale, rotate, about, translate, and eps_r, mu_r, sigma, pec, density, E, nu of the material)
     #[arg(value_name = "FILE", required_unless_present = "job", conflicts_with = "job", value_parser = input_name())]

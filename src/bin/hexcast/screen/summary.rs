@@ -49,7 +49,9 @@ pub(crate) fn of_mesh(report: &Report, is_software: bool, files: &[OutputFile], 
     }
     for input in &mesh.inputs {
         let facts = format!("{}, {} facets, {}", input.format, HumanCount(input.facets), BinaryBytes(input.bytes));
-        table.line("input", format!("{}: {facts}", input.file));
+        let unit = input.unit.unwrap_or_default();
+        let converted = input.deviation.map(|of| format!(", at most {} {unit} from its surfaces", short(of)));
+        table.line("input", format!("{}: {facts}{}", input.file, converted.unwrap_or_default()));
     }
     if shown.verbose {
         geometries(&mut table, mesh);

@@ -34,6 +34,10 @@ pub enum Format {
     ThreeMf,
     /// GLB, the binary form of glTF 2.0: meshes that nodes place.
     Glb,
+    /// STEP, a file of CAD: its bodies were converted to triangles.
+    Step,
+    /// IGES, a file of CAD: its bodies were converted to triangles.
+    Iges,
     /// Packed by gzip: the contents have the format of what is packed.
     Gzip,
     /// No file: the caller had the facets in memory.
@@ -52,10 +56,21 @@ impl Format {
             Format::PlyBinary => "PLY, binary",
             Format::ThreeMf => "3MF",
             Format::Glb => "GLB",
+            Format::Step => "STEP",
+            Format::Iges => "IGES",
             Format::Gzip => "gzip",
             Format::Facets => "facets",
         }
     }
+}
+
+/// How a file of CAD became triangles.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Conversion {
+    /// Largest distance of the triangles from the surfaces of the file.
+    pub deviation: f64,
+    /// The program that made them, and its release.
+    pub program: String,
 }
 
 /// Everything that a file held.
@@ -80,6 +95,8 @@ pub struct Contents {
     pub zero_area: u64,
     /// Whether a binary file has colours: a `COLOR=` in its header or an attribute word other than 0.
     pub has_colours: bool,
+    /// How its triangles were made, of a file of CAD.
+    pub conversion: Option<Conversion>,
     /// Sentences about what was accepted although it is not as it should be; at most 16 and one about the rest.
     pub warnings: Vec<String>,
 }

@@ -148,6 +148,7 @@ impl Polygons {
             zero_normals: 0,
             zero_area: self.tally.zero_area,
             has_colours: false,
+            conversion: None,
             warnings: self.warnings.finish(),
         })
     }

@@ -18,6 +18,8 @@ pub(super) const HEAD: usize = 1024;
 
 const GIVE: &str = "export the model as STL, OBJ, OFF, PLY, 3MF or GLB";
 
+const FROM_CAD: &str = "name the file itself: the command, Python and C convert it, and so does the page; in JavaScript call readCad of hexcast/cad";
+
 /// First bytes of files that people give in place of surfaces, their name, and what to do.
 const OTHERS: &[(&[u8], &str, &str)] = &[
     (b"{", "JSON, such as glTF that is not binary", "export a model as a binary .glb; give a job by --job"),
@@ -47,6 +49,10 @@ pub(super) fn format(head: &[u8], n_bytes: u64) -> Result<Format> {
     if let Some(format) = super::whole::format(head, is_text) {
         return Ok(format);
     }
+    if let Some(format) = cad_format(head) {
+        let message = format!("this is {}, a file of CAD, which has no triangles", format.name());
+        return Err(Error::new("stl-not-stl", message, FROM_CAD));
+    }
     if let Some((_, name, hint)) = OTHERS.iter().find(|(magic, ..)| head.starts_with(magic)) {
         return Err(Error::new("stl-not-stl", format!("this is {name}, not a surface"), *hint));
     }
@@ -60,6 +66,19 @@ pub(super) fn format(head: &[u8], n_bytes: u64) -> Result<Format> {
         return Err(Error::new("stl-not-stl", message, "copy or export the file again"));
     }
     Ok(Format::StlBinary)
+}
+
+/// Which format of CAD a file has by its start: STEP begins with `ISO-10303-21;`; the first line of IGES has S or C and the number 1 from column
+/// 73 on. Source: ISO 10303-21, 5.4; IGES 5.3, 2.2.4.1.
+pub fn cad_format(head: &[u8]) -> Option<Format> {
+    let words = without_mark(head).trim_ascii_start();
+    if words.strip_prefix(b"ISO-10303-21").is_some_and(|rest| rest.trim_ascii_start().starts_with(b";")) {
+        return Some(Format::Step);
+    }
+    let line = head.split(|byte| matches!(byte, b'\n' | b'\r')).next()?;
+    let [b'S' | b'C', number @ ..] = line.get(72..80)? else { return None };
+    let number = std::str::from_utf8(number).ok()?.trim();
+    (number.parse() == Ok(1)).then_some(Format::Iges)
 }
 
 fn is_control(byte: u8) -> bool {

@@ -142,6 +142,7 @@ impl Parser {
             zero_normals: self.tally.zero_normals,
             zero_area: self.tally.zero_area,
             has_colours: false,
+            conversion: None,
             warnings: self.warnings.finish(),
         })
     }

@@ -175,6 +175,7 @@ impl Parser {
             zero_normals: self.tally.zero_normals,
             zero_area: self.tally.zero_area,
             has_colours: self.has_colours,
+            conversion: None,
             warnings: warnings.finish(),
         })
     }

@@ -270,8 +270,11 @@ impl Job {
             return Err(out_of_range("dims", format!("{dims:?}"), "at least 1 on every axis"));
         }
         let sizes = self.cell_size.map_or(vec![], |size| size.each().to_vec());
-        for (key, value) in
-            sizes.iter().map(|&size| ("cell_size", size)).chain(self.max_cell_size.map(|s| ("max_cell_size", s)))
+        for (key, value) in sizes
+            .iter()
+            .map(|&size| ("cell_size", size))
+            .chain(self.max_cell_size.map(|s| ("max_cell_size", s)))
+            .chain(self.deviation.map(|d| ("deviation", d)))
         {
             if !(value.is_finite() && value > 0.0) {
                 return Err(out_of_range(key, short_number(value), "a positive number"));
