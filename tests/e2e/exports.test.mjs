@@ -39,7 +39,19 @@ test('a case of OpenFOAM, text, and the cells of some flags are the files of the
     await page.waitForFunction(() => location.hash.includes('material%3Dpec'));
     await run(page);
     await page.click(SUMMARY);
-    assert.deepEqual(await offered(page), ['foam', 'inp', 'msh', 'xdmf', 'csx-xml', 'in', 'geometry-xml', 'nrrd', 'vox', 'glb', 'stl']);
+    assert.deepEqual(await offered(page), [
+      'foam',
+      'inp',
+      'msh',
+      'xdmf',
+      'csx-xml',
+      'in',
+      'geometry-xml',
+      'nrrd',
+      'vox',
+      'glb',
+      'stl',
+    ]);
     await writeSample('shells', folder);
     mkdirSync(path.join(folder, 'case'));
     await runCopied(page, folder, [
