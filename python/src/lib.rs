@@ -55,7 +55,9 @@ fn _hexcast(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     // files of CAD are converted by the packages of this Python
     let python: Option<PathBuf> = module.py().import("sys")?.getattr("executable")?.extract()?;
-    python.filter(|program| !program.as_os_str().is_empty()).map(hexcast::files::use_python);
+    if let Some(program) = python.filter(|program| !program.as_os_str().is_empty()) {
+        hexcast::files::use_python(program);
+    }
     module.add_class::<mesh::RawMesh>()?;
     module.add_class::<surface::Surface>()?;
     module.add_class::<scene::RawScene>()?;

@@ -52,7 +52,7 @@ pub fn read_geometry(job: &Job, geometry: usize, control: &Control) -> Result<So
 /// longest axis.
 ///
 /// # Errors
-/// Those of [`open_file`], [`Source::read`] and [`read_cad`]; `io` where the path is a pipe or a device, which have no length.
+/// Those of [`open_file`] and [`Source::read`]; of STEP and IGES `cad-program` where no program converts them, `file-syntax`, `stl-empty`; `io` where the path is a pipe or a device, which have no length.
 pub fn read_file(file: &str, control: &Control) -> Result<Source> {
     read_fine(file, &Fineness::default(), control)
 }

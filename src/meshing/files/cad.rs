@@ -89,6 +89,7 @@ impl Fineness {
     }
 
     /// That of the cells of a geometry of a job, which are `finer` times finer in places: a tenth of the smallest, if the job does not say.
+    #[doc(hidden)]
     pub fn of_job(job: &Job, geometry: usize, finer: f64) -> Fineness {
         let length = |name: &str| Length::of_name(name);
         let wanted = job.unit.as_deref().and_then(length);
@@ -154,6 +155,7 @@ struct Head {
 /// # Errors
 /// `cad-program` where no program converts it; `file-syntax` where Open CASCADE cannot read it; `stl-empty` where it has no surface; `memory`;
 /// `io`; `cancelled`.
+#[doc(hidden)]
 pub fn read_cad(file: &str, input: &mut dyn Read, fineness: &Fineness, control: &Control) -> Result<Option<Source>> {
     let failed = |error| Error::io(format!("reading {file}"), error);
     let mut head = Vec::new();
@@ -186,7 +188,7 @@ pub fn read_cad(file: &str, input: &mut dyn Read, fineness: &Fineness, control: 
     let mut source = Source::read(file, surface.len() as u64, &mut surface, control)?;
     source.blake3 = Some(hash.finish());
     (source.contents.format, source.contents.n_bytes) = (format, n_bytes);
-    source.contents.conversion = Some(Conversion { deviation: head.deviation, program: head.program });
+    source.contents.conversion = Some(Conversion::new(head.deviation, head.program));
     Ok(Some(source))
 }
 
@@ -302,9 +304,9 @@ fn chunks_of(output: Option<impl Read + Send + 'static>) -> Receiver<std::io::Re
         loop {
             let mut chunk = Vec::new();
             let read = Read::take(&mut output, CHUNK_BYTES as u64).read_to_end(&mut chunk);
-            let is_last = !matches!(read, Ok(1..));
-            // nobody waits for the last piece, which is empty
-            if (read.is_err() || !is_last) && send.send(read.map(|_| chunk)).is_err() || is_last {
+            let goes_on = matches!(read, Ok(1..));
+            let is_sent = matches!(read, Ok(0)) || send.send(read.map(|_| chunk)).is_ok();
+            if !goes_on || !is_sent {
                 return;
             }
         }

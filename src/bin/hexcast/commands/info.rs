@@ -207,7 +207,7 @@ fn surface_in_words(facts: &Facts) -> String {
     let colours = if contents.has_colours { ", with colours" } else { "" };
     let unit = contents.unit.map_or(String::new(), |unit| format!(", in {unit}"));
     table.line("format", format!("{}{colours}{unit}", contents.format.name()));
-    if let Some(Conversion { deviation, program }) = &contents.conversion {
+    if let Some(Conversion { deviation, program, .. }) = &contents.conversion {
         let unit = contents.unit.unwrap_or_default();
         table.line("triangles", format!("at most {} {unit} from its surfaces, by {program}", short(*deviation)));
     }

@@ -66,11 +66,20 @@ impl Format {
 
 /// How a file of CAD became triangles.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Conversion {
     /// Largest distance of the triangles from the surfaces of the file.
     pub deviation: f64,
     /// The program that made them, and its release.
     pub program: String,
+}
+
+impl Conversion {
+    /// What a program made.
+    #[doc(hidden)]
+    pub fn new(deviation: f64, program: String) -> Conversion {
+        Conversion { deviation, program }
+    }
 }
 
 /// Everything that a file held.
