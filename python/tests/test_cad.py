@@ -64,7 +64,7 @@ def test_bodies_have_the_volumes_that_they_were_made_with(program, options, mm):
         assert deviation == pytest.approx(0.2)
     else:
         # of a box that may be larger than the bodies by some percent
-        assert 0.99 * 0.1 < deviation / made["cell_size"][0] < 1.05 * 0.1
+        assert 0.99 * 0.1 < deviation / made["spacing"][0] < 1.05 * 0.1
     assert [flag["name"] for flag in made["flags"]] == list(BODIES)
     for flag, (name, (volume, area)) in zip(made["flags"], BODIES.items()):
         assert abs(flag["mesh_volume"] * mm**3 - volume) <= area * deviation * mm, name
@@ -114,7 +114,7 @@ def test_finer_cells_have_finer_triangles(program):
 
     assert deviation("--domain", "0,0,0,100,50,50", "--cells", 200) == pytest.approx(0.05)
     assert deviation("--domain", "0,0,0,100,50,50", "--dims", "100,100,25") == pytest.approx(0.05)
-    assert deviation("--max-size", 3) == pytest.approx(0.3)
+    assert deviation("--graded", 3) == pytest.approx(0.3)
     scaled = report(program, f"{MACHINE}:scale=4", "--cell-size", 2)
     assert scaled["inputs"][0]["deviation"] == pytest.approx(0.05)
 

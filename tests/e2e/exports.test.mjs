@@ -220,7 +220,7 @@ test('only files that the mesh can be are offered: of cubes, and of cells that d
   await page.check('#graded');
   await page.fill('#graded-most', '0.2');
   await run(page);
-  assert.deepEqual(await offered(page), ['foam', 'inp', 'msh', 'xdmf', 'csx-xml']);
+  assert.deepEqual(await offered(page), ['foam', 'inp', 'msh', 'xdmf', 'csx-xml', 'glb', 'stl']);
 });
 
 test('cells cut at the surface are those of the native command', async ({ visit }) => {
