@@ -40,8 +40,10 @@ pub(super) fn export_work(mesh: Rc<Mesh>, exporter: Exporter, options: ExportOpt
     check_plane(&mesh, exporter)?;
     let held = exporter.held_bytes(&mesh);
     if held > MAX_HELD {
-        let message =
-            format!("cut cells would take up to {held} bytes while they are made, and {MAX_HELD} are held here");
+        let message = format!(
+            "{} would take up to {held} bytes while they are made, and {MAX_HELD} are held here",
+            exporter.held()
+        );
         return Err(Error::new("memory", message, "use larger cells, or mesh natively: hexcast mesh"));
     }
     let name = Exporter::ENDINGS

@@ -139,6 +139,7 @@ def test_surfaces(model: Model) -> None:
         place, name = scene.graph[node]
         mesh = scene.geometry[name]
         flag = mesh.metadata["flag"]
+        assert name == {1: "base", 2: "block", 9: "1 bar"}[flag]
         assert mesh.is_watertight and mesh.is_winding_consistent
         metres = np.cbrt(np.linalg.det(place[:3, :3]))
         assert mesh.volume == pytest.approx(wanted[flag], rel=1e-4)
@@ -152,3 +153,13 @@ def test_surfaces(model: Model) -> None:
         read = trimesh.load(model.folder / "m.stl")
         parts = read.geometry.values() if ascii else [read]
         assert sum(part.volume for part in parts) == pytest.approx(sum(wanted.values()), rel=1e-4)
+
+
+def test_surfaces_that_exceed_the_memory_are_refused(tmp_path: Path) -> None:
+    save(tmp_path / "plate.stl", cuboid((0, 0, 0), (1000, 1000, 1)))
+    small = ["--cell-size", "1", "--backend", "cpu", "--max-memory", "70MB"]
+    hexcast("mesh", "plate.stl", *small, "-o", "m.npz", cwd=tmp_path)
+    said = hexcast("mesh", "plate.stl", *small, "-o", "m.glb", cwd=tmp_path, ok=False)
+    # 2,004,000 faces
+    assert "surfaces take up to 76.4" in said and "--max-memory" in said
+    assert not (tmp_path / "m.glb").exists()

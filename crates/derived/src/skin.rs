@@ -119,6 +119,17 @@ pub async fn skin_with_rests(mesh: &Mesh, max_quads: usize, cells: Option<CellBo
     }
 }
 
+/// Number of faces of the surfaces of all flags of a mesh, from its runs.
+///
+/// # Errors
+/// `io` where the columns are in a store that fails.
+#[doc(hidden)]
+pub fn n_faces(mesh: &Mesh) -> Result<u64> {
+    let level = Level::fine(&mesh.columns, &mesh.dims().map(|n| 0..n))?;
+    let rows = level.across[1].start..level.across[1].end + 1;
+    Ok(rows.into_par_iter().map(|row| row_faces(&level, row).n_faces).sum())
+}
+
 /// Refuses a box of cells that is not one of a mesh of so many.
 ///
 /// # Errors

@@ -110,7 +110,13 @@ impl Exporter {
         self.format().held_planes
     }
 
-    /// About the most bytes that it holds of a mesh besides planes or slabs: cut cells as polyhedra.
+    /// What it holds of a mesh besides planes or slabs, where it holds anything: cut cells as polyhedra, or surfaces.
+    #[doc(hidden)]
+    pub fn held(self) -> &'static str {
+        if self.cuts() { "cut cells" } else { "surfaces" }
+    }
+
+    /// About the most bytes that this takes.
     #[doc(hidden)]
     pub fn held_bytes(self, mesh: &Mesh) -> u64 {
         (self.format().held_bytes)(mesh)

@@ -15,6 +15,7 @@ use std::collections::HashMap;
 use super::output::Export;
 use hexcast_core::base::error::{Error, Result};
 use hexcast_derived::mesh::Mesh;
+use hexcast_derived::skin::n_faces;
 
 /// A cell beyond the mesh.
 const OUTSIDE: u16 = 256;
@@ -29,9 +30,10 @@ pub(super) struct Surface {
     pub(super) triangles: Vec<[u32; 3]>,
 }
 
-/// About the bytes that the surfaces of a mesh take: a run has two faces at its ends, and about as many across each other axis.
+/// About the most bytes that the surfaces of a mesh take.
 pub(super) fn held_bytes(mesh: &Mesh) -> u64 {
-    mesh.columns().n_runs().saturating_mul(3 * FACE_BYTES)
+    // columns that cannot be read are said when they are written
+    n_faces(mesh).unwrap_or(0).saturating_mul(FACE_BYTES)
 }
 
 /// Builds the surfaces of the kept flags, ascending, with coordinates relative to the first line of each axis.

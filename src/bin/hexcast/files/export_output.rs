@@ -113,8 +113,10 @@ impl Output for ExportOutput {
         let (held, left) = (self.exporter.held_bytes(meshed.mesh), self.max_bytes.saturating_sub(meshed.held_bytes));
         if held > left {
             let [held, left] = [held, left].map(BinaryBytes);
-            let message =
-                format!("cut cells take up to {held} while they are made, and {left} of the memory allowed are left");
+            let message = format!(
+                "{} take up to {held} while they are made, and {left} of the memory allowed are left",
+                self.exporter.held()
+            );
             return Err(self.at(Error::new("memory", message, "allow more (--max-memory), or use larger cells")));
         }
         Ok(exact_size(meshed.mesh, self.exporter, &self.options).map(|n_bytes| self.of_bytes(n_bytes)))

@@ -9,7 +9,6 @@ use serde_json::json;
 use crate::colours::colour;
 use crate::export::{
     format::Format,
-    names::names,
     output::{Export, Files, Out},
     surfaces::{held_bytes, surfaces},
 };
@@ -23,8 +22,6 @@ pub(in crate::export) static FORMAT: Format = Format {
     ..Format::new(&[".glb"], |job, name, files| Box::pin(write(job, name, files)))
 };
 
-/// Most characters of a name.
-const LONGEST_NAME: usize = 127;
 /// Bytes of a corner or a triangle: three numbers of 32 bits.
 const ITEM_BYTES: u64 = 12;
 /// Lengths of the parts of a file, and types of what is in them.
@@ -38,7 +35,6 @@ async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()
     let keeps = job.options.selection(job.mesh, false)?;
     let origin = [0, 1, 2].map(|axis| job.mesh.lines().list(axis)[0]);
     let surfaces = surfaces(job, &keeps, origin).await?;
-    let names = names(job.mesh, LONGEST_NAME, &[]);
     let (mut views, mut accessors, mut meshes, mut materials) = (vec![], vec![], vec![], vec![]);
     let mut n_bytes = 0;
     for (at, surface) in surfaces.iter().enumerate() {
@@ -58,7 +54,8 @@ async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()
         accessors.push(json!({
             "bufferView": 2 * at + 1, "componentType": UNSIGNED_INT, "count": 3 * n_triangles, "type": "SCALAR"
         }));
-        let name = &names[usize::from(surface.flag)];
+        let named = job.mesh.names().iter().find(|named| named.flag == surface.flag);
+        let name = named.map_or_else(|| format!("flag {}", surface.flag), |named| named.name.clone());
         let primitive = json!({ "attributes": { "POSITION": 2 * at }, "indices": 2 * at + 1, "material": at });
         meshes.push(json!({ "name": name, "primitives": [primitive], "extras": { "flag": surface.flag } }));
         let [red, green, blue] = colour(surface.flag).map(linear);
