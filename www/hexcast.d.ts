@@ -69,7 +69,7 @@ export type ErrorCode =
   | 'no-metal'
   /** Smoothed permittivity is asked for, and what a geometry is made of has none. */
   | 'no-permittivity'
-  /** In the command and other packages alone: nothing converts STEP and IGES; see `readCad` of `hexcast/cad`. */
+  /** In the command and other packages alone: nothing converts STEP and IGES. Here `readCad` of `hexcast/cad` does. */
   | 'cad-program'
   | 'too-many-crossings'
   | 'export-too-large'
