@@ -137,7 +137,7 @@ const WRONG = [
   ['mesh.slice(0, 8)', 'index', 'index is 8; allowed: whole numbers from 0 to 7'],
   ['mesh.skin({ maxQuads: NaN })', 'maxQuads', 'maxQuads is NaN'],
   ['mesh.slabs({ maxBytes: 0 }).next()', 'maxBytes', 'maxBytes is 0'],
-  ["mesh.blob('stl')", 'format', 'format is "stl"; allowed: "vti", "vtr", "npy", "npz", "raw", "hxc"'],
+  ["mesh.blob('dae')", 'format', 'format is "dae"; allowed: "vti", "vtr", "npy", "npz", "raw", "hxc"'],
   ["mesh.blob('vti', { compress: 300 })", 'compress', 'compress is 300; allowed: whole numbers from 0 to 9'],
   ["mesh.blob('vti', { compres: 3 })", 'compres', 'compres is no option of this call'],
   ["mesh.size('raw', { bits: 1 })", 'bits', 'bits is 1; allowed: true, false'],
