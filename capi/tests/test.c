@@ -282,7 +282,7 @@ static void files(const HexcastMesher *mesher) {
   } calls[] = {
       {NULL, NULL, "job-value", "the path is NULL"},
       {"mesh", NULL, "output-name", "no extension"},
-      {"mesh.stl", NULL, "output-name", "\"stl\""},
+      {"mesh.dae", NULL, "output-name", "\"dae\""},
       {"mesh.vti", "{", "job-value", "the options of the file"},
       {"mesh.vti", "{\"level\": 6}", "job-value", "level"},
       {"mesh.vti", "{\"compress\": 12}", "job-value", "compression level 12 is not 1 to 9"},
