@@ -23,7 +23,7 @@ use hexcast_core::input::job::Job;
 use hexcast_core::input::read::ReadAt;
 use hexcast_core::input::sources::Source;
 
-pub use cad::{Fineness, read_cad, use_python};
+pub use cad::{Fineness, format_of_cad, read_cad, use_python};
 pub use written_folder::WrittenFolder;
 
 /// Reads the file of every geometry of a job, in their order, within the memory that it allows; the first that fails decides the error.
@@ -63,7 +63,8 @@ pub fn read_file(file: &str, control: &Control) -> Result<Source> {
 /// Those of [`read_file`].
 pub fn read_fine(file: &str, fineness: &Fineness, control: &Control) -> Result<Source> {
     let mut input = open_file(Path::new(file))?;
-    let metadata = input.metadata().map_err(|error| Error::io(format!("reading {file}"), error))?;
+    let failed = |error| Error::io(format!("reading {file}"), error);
+    let metadata = input.metadata().map_err(failed)?;
     if !metadata.is_file() {
         return Err(Error::new(
             "io",
@@ -71,11 +72,10 @@ pub fn read_fine(file: &str, fineness: &Fineness, control: &Control) -> Result<S
             "name a file of a surface (STL, OBJ, PLY, OFF, 3MF, GLB, STEP, IGES), or give its bytes",
         ));
     }
-    if let Some(source) = read_cad(file, &mut input, fineness, control)? {
-        return Ok(source);
+    if let Some(format) = format_of_cad(&mut input).map_err(failed)? {
+        return read_cad((file, format), &mut input, fineness, control);
     }
-    input.rewind().map_err(|error| Error::io(format!("reading {file}"), error))?;
-    let again = FileAt::new(input.try_clone().map_err(|error| Error::io(format!("reading {file}"), error))?);
+    let again = FileAt::new(input.try_clone().map_err(failed)?);
     Source::read_again(file, metadata.len(), (&mut input, Arc::new(again)), control)
 }
 

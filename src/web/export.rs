@@ -38,12 +38,9 @@ pub(super) fn export_work(mesh: Rc<Mesh>, exporter: Exporter, options: ExportOpt
     let options = options.with_slab_bytes(SLAB_BYTES);
     exporter.check(&mesh, &options)?;
     check_plane(&mesh, exporter)?;
-    let held = exporter.held_bytes(&mesh);
+    let (what, held) = exporter.held(&mesh);
     if held > MAX_HELD {
-        let message = format!(
-            "{} would take up to {held} bytes while they are made, and {MAX_HELD} are held here",
-            exporter.held()
-        );
+        let message = format!("{what} would take up to {held} bytes while they are made, and {MAX_HELD} are held here");
         return Err(Error::new("memory", message, "use larger cells, or mesh natively: hexcast mesh"));
     }
     let name = Exporter::ENDINGS

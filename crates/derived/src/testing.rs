@@ -66,10 +66,10 @@ pub fn no_fractions(dims: [u32; 3]) -> Fractions {
     }
 }
 
-/// A mesh of unit cells with these flags, x fastest.
-pub fn of_flags(dims: [u32; 3], flags: &[u8]) -> Mesh {
-    let rays = Rays::new(0, dims);
-    let band = band_of(&rays, |[x, y, z]| flags[(x + dims[0] * (y + dims[1] * z)) as usize]);
-    let lines = Lines::new([0.0; 3], [1.0; 3], dims).unwrap();
+/// A mesh with rays along `axis` whose cells have the flags of a function; lines are sums of powers of two.
+pub fn mesh_of(axis: usize, dims: [u32; 3], flag_of: impl Fn([u32; 3]) -> u8) -> Mesh {
+    let rays = Rays::new(axis, dims);
+    let band = band_of(&rays, flag_of);
+    let lines = Lines::new([-1.5, 0.25, 8.0], [0.5, 0.25, 0.125], dims).unwrap();
     Mesh::new(lines, Columns::new(rays, vec![band]).unwrap(), Vec::new(), None).unwrap()
 }

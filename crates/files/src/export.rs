@@ -110,16 +110,11 @@ impl Exporter {
         self.format().held_planes
     }
 
-    /// What it holds of a mesh besides planes or slabs, where it holds anything: cut cells as polyhedra, or surfaces.
+    /// What it holds of a mesh besides planes or slabs, such as cut cells or surfaces, and about the most bytes of that.
     #[doc(hidden)]
-    pub fn held(self) -> &'static str {
-        if self.cuts() { "cut cells" } else { "surfaces" }
-    }
-
-    /// About the most bytes that this takes.
-    #[doc(hidden)]
-    pub fn held_bytes(self, mesh: &Mesh) -> u64 {
-        (self.format().held_bytes)(mesh)
+    pub fn held(self, mesh: &Mesh) -> (&'static str, u64) {
+        let (what, n_bytes) = self.format().held;
+        (what, n_bytes(mesh))
     }
 
     /// Whether files name faces at the boundary of exported cells, as [`ExportOptions::patches`] says.

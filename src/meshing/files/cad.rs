@@ -4,7 +4,8 @@
 //! a body. `cad.py` does it; it needs `cadquery-ocp`, which is OCP: Open CASCADE as a Python package of one file a machine, on all systems. Gmsh
 //! was tried first: the triangles that it gives for files of other programs do not meet in whole surfaces, whichever release does it.
 
-use std::io::Read;
+use std::fs::File;
+use std::io::{self, Read, Seek};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::OnceLock;
@@ -17,7 +18,7 @@ use hexcast_core::base::error::{Error, Result};
 use hexcast_core::base::length::Length;
 use hexcast_core::base::memory::Held;
 use hexcast_core::input::job::{DEFAULT_CELLS, Job};
-use hexcast_core::input::read::{Conversion, Format, cad_format};
+use hexcast_core::input::read::{Conversion, Format, MILLIMETRE, UNITS, cad_format};
 use hexcast_core::input::sources::Source;
 use serde::Deserialize;
 
@@ -25,24 +26,14 @@ const SCRIPT: &str = include_str!("cad.py");
 /// Triangles may be so many cells away from the surface.
 const SHARE: f64 = 0.1;
 /// Bytes that tell a file of CAD from others.
-const HEAD: usize = 400;
+const HEAD: u64 = 400;
 /// How long a wait for the program lasts until it is asked whether to go on.
 const WAIT: Duration = Duration::from_millis(20);
-const CHUNK_BYTES: usize = 1 << 20;
+const CHUNK_BYTES: u64 = 1 << 20;
 /// The program has no Open CASCADE.
 const NO_CASCADE: i32 = 3;
 /// Open CASCADE cannot read the file.
 const NOT_READ: i32 = 4;
-
-/// Units that surfaces can be in, what they are called in a 3MF, and their length in mm.
-const UNITS: [(&str, &str, f64); 6] = [
-    ("mm", "millimeter", 1.0),
-    ("um", "micron", 1e-3),
-    ("cm", "centimeter", 10.0),
-    ("m", "meter", 1e3),
-    ("in", "inch", 25.4),
-    ("ft", "foot", 304.8),
-];
 
 /// The Python that the caller has.
 static PYTHON: OnceLock<PathBuf> = OnceLock::new();
@@ -58,7 +49,8 @@ pub fn use_python(program: PathBuf) {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fineness {
     deviation: Deviation,
-    unit: (&'static str, f64),
+    /// The unit of what is read: its name in a 3MF, and its name here.
+    unit: (&'static str, &'static str),
 }
 
 /// Largest distance of triangles from surfaces.
@@ -72,7 +64,7 @@ enum Deviation {
 impl Default for Fineness {
     /// For 128 cells along the longest axis, in mm.
     fn default() -> Fineness {
-        Fineness { deviation: Deviation::OfLongest(SHARE / f64::from(DEFAULT_CELLS)), unit: (UNITS[0].1, UNITS[0].2) }
+        Fineness { deviation: Deviation::OfLongest(SHARE / f64::from(DEFAULT_CELLS)), unit: MILLIMETRE }
     }
 }
 
@@ -91,19 +83,16 @@ impl Fineness {
     /// That of the cells of a geometry of a job, which are `finer` times finer in places: a tenth of the smallest, if the job does not say.
     #[doc(hidden)]
     pub fn of_job(job: &Job, geometry: usize, finer: f64) -> Fineness {
-        let length = |name: &str| Length::of_name(name);
-        let wanted = job.unit.as_deref().and_then(length);
-        let known = UNITS.iter().find(|(name, ..)| wanted.is_some() && length(name) == wanted).unwrap_or(&UNITS[0]);
-        let scale = job.geometries.get(geometry).and_then(|entry| entry.scale).map_or(1.0, |scale| {
-            let each = scale.each();
-            each.iter().fold(0.0f64, |most, of_axis| most.max(of_axis.abs()))
-        });
+        let wanted = job.unit.as_deref().and_then(Length::of_name);
+        let unit = UNITS.into_iter().find(|(_, unit)| wanted.is_some() && Length::of_name(unit) == wanted);
+        let scale = job.geometries.get(geometry).and_then(|entry| entry.scale);
+        let scale = scale.map_or(1.0, |scale| scale.each().map(f64::abs).into_iter().fold(0.0, f64::max));
         let deviation = match (job.deviation, smallest_cell(job, geometry)) {
             (Some(length), _) => Deviation::Length(length),
             (None, Cell::Length(length)) => Deviation::Length(SHARE * length / (scale * finer)),
             (None, Cell::OfLongest(share)) => Deviation::OfLongest(SHARE * share / finer),
         };
-        Fineness { deviation, unit: (known.1, known.2) }
+        Fineness { deviation, unit: unit.unwrap_or(MILLIMETRE) }
     }
 }
 
@@ -150,29 +139,37 @@ struct Head {
     program: String,
 }
 
-/// Reads a file of CAD; None where it is none, by its first line. `file` names it, and `input` is at its start.
+/// Which format of CAD a file has, by its first line; it is read from its start again.
+///
+/// # Errors
+/// Those of the system.
+#[doc(hidden)]
+pub fn format_of_cad(input: &mut File) -> io::Result<Option<Format>> {
+    let mut head = Vec::new();
+    Read::take(&mut *input, HEAD).read_to_end(&mut head)?;
+    input.rewind()?;
+    Ok(cad_format(&head))
+}
+
+/// Reads a file of CAD of a format; `file` is its path, and `input` is at its start.
 ///
 /// # Errors
 /// `cad-program` where no program converts it; `file-syntax` where Open CASCADE cannot read it; `stl-empty` where it has no surface; `memory`;
 /// `io`; `cancelled`.
 #[doc(hidden)]
-pub fn read_cad(file: &str, input: &mut dyn Read, fineness: &Fineness, control: &Control) -> Result<Option<Source>> {
+pub fn read_cad(
+    (file, format): (&str, Format),
+    input: &mut dyn Read,
+    fineness: &Fineness,
+    control: &Control,
+) -> Result<Source> {
     let failed = |error| Error::io(format!("reading {file}"), error);
-    let mut head = Vec::new();
-    Read::take(&mut *input, HEAD as u64).read_to_end(&mut head).map_err(failed)?;
-    let Some(format) = cad_format(&head) else { return Ok(None) };
-    let (mut hash, mut n_bytes) = (FileHash::default(), head.len() as u64);
-    hash.update(&head);
-    let mut chunk = vec![0; CHUNK_BYTES];
-    loop {
+    let (mut hash, mut n_bytes, mut chunk) = (FileHash::default(), 0, Vec::new());
+    while Read::take(&mut *input, CHUNK_BYTES).read_to_end(&mut chunk).map_err(failed)? > 0 {
         control.check()?;
-        match input.read(&mut chunk).map_err(failed)? {
-            0 => break,
-            n => {
-                hash.update(&chunk[..n]);
-                n_bytes += n as u64;
-            }
-        }
+        hash.update(&chunk);
+        n_bytes += chunk.len() as u64;
+        chunk.clear();
     }
     let place = Path::new(file).canonicalize().map_err(failed)?;
     let made = convert(&place, format, fineness, control).map_err(|error| error.at(file))?;
@@ -189,7 +186,7 @@ pub fn read_cad(file: &str, input: &mut dyn Read, fineness: &Fineness, control: 
     source.blake3 = Some(hash.finish());
     (source.contents.format, source.contents.n_bytes) = (format, n_bytes);
     source.contents.conversion = Some(Conversion::new(head.deviation, head.program));
-    Ok(Some(source))
+    Ok(source)
 }
 
 const HINT: &str = "install Open CASCADE for Python: pip install cadquery-ocp-novtk; HEXCAST_PYTHON names the Python that has it. Or drop the file on hexcast's page and save it as 3MF, \
@@ -233,7 +230,7 @@ fn convert(file: &Path, format: Format, fineness: &Fineness, control: &Control) 
 
 enum Failed {
     /// The program does not start.
-    Start(std::io::Error),
+    Start(io::Error),
     Run(Error),
 }
 
@@ -258,7 +255,7 @@ fn run(
     program: &Path,
     file: &Path,
     format: Format,
-    Fineness { deviation, unit: (unit, mm) }: &Fineness,
+    Fineness { deviation, unit: (in_3mf, unit) }: &Fineness,
     control: &Control,
 ) -> std::result::Result<(Vec<u8>, String, Option<i32>), Failed> {
     let kind = if format == Format::Step { "step" } else { "iges" };
@@ -266,8 +263,16 @@ fn run(
         Deviation::Length(length) => (*length, 0.0),
         Deviation::OfLongest(share) => (0.0, *share),
     };
+    // so many of a unit are a thousand times so many metres: the unit in mm
+    let mm = Length::of_name(unit).map_or(1.0, |length| length.metres(1e3));
     let mut command = Command::new(program);
-    command.args(["-c", SCRIPT]).arg(file).args([kind, &mm.to_string(), unit, &length.to_string(), &share.to_string()]);
+    command.args(["-c", SCRIPT]).arg(file).args([
+        kind,
+        &mm.to_string(),
+        in_3mf,
+        &length.to_string(),
+        &share.to_string(),
+    ]);
     let piped = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut running = Running(piped.spawn().map_err(Failed::Start)?);
     let (output, words) = (running.0.stdout.take(), running.0.stderr.take());
@@ -297,13 +302,13 @@ fn run(
 }
 
 /// What a program writes, piece by piece, from a thread of its own.
-fn chunks_of(output: Option<impl Read + Send + 'static>) -> Receiver<std::io::Result<Vec<u8>>> {
+fn chunks_of(output: Option<impl Read + Send + 'static>) -> Receiver<io::Result<Vec<u8>>> {
     let (send, chunks) = sync_channel(2);
     std::thread::spawn(move || {
         let Some(mut output) = output else { return };
         loop {
             let mut chunk = Vec::new();
-            let read = Read::take(&mut output, CHUNK_BYTES as u64).read_to_end(&mut chunk);
+            let read = Read::take(&mut output, CHUNK_BYTES).read_to_end(&mut chunk);
             let goes_on = matches!(read, Ok(1..));
             let is_sent = matches!(read, Ok(0)) || send.send(read.map(|_| chunk)).is_ok();
             if !goes_on || !is_sent {

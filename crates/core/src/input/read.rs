@@ -38,6 +38,8 @@ mod xml_events;
 
 pub use contents::{Contents, Conversion, Format, Solid};
 #[doc(hidden)]
+pub use model_xml::{MILLIMETRE, UNITS};
+#[doc(hidden)]
 pub use sniff::cad_format;
 pub use stl_in_file::ReadAt;
 

@@ -1,22 +1,11 @@
 use std::collections::BTreeMap;
 
 use super::*;
-use crate::testing::pattern;
+use crate::testing::{mesh_of, pattern};
 use hexcast_core::cells::columns::Columns;
 use hexcast_core::grid::frame::Frame;
-use hexcast_core::grid::lines::Lines;
-use hexcast_core::grid::rays::Rays;
 use hexcast_core::input::geometry::{Facet, Geometry};
 use hexcast_core::stages::map::Rule;
-use hexcast_core::testing::band_of;
-
-/// A mesh with rays along `axis` whose cells have the flags of a function.
-fn mesh_of(axis: usize, dims: [u32; 3], flag_of: impl Fn([u32; 3]) -> u8) -> Mesh {
-    let rays = Rays::new(axis, dims);
-    let band = band_of(&rays, flag_of);
-    let lines = Lines::new([-1.5, 0.25, 8.0], [0.5, 0.25, 0.125], dims).unwrap();
-    Mesh::new(lines, Columns::new(rays, vec![band]).unwrap(), vec![], None).unwrap()
-}
 
 /// Flags without any order: background in about half of the cells, else 1 to 4.
 fn noise([x, y, z]: [u32; 3]) -> u8 {

@@ -40,8 +40,8 @@ pub(super) struct Format {
     pub(super) unit: Option<(&'static str, &'static str)>,
     /// The axis across which whole planes of flags are held; None where it holds the file, or little.
     pub(super) held_planes: Option<usize>,
-    /// About the most bytes that it holds of a mesh besides planes or slabs.
-    pub(super) held_bytes: fn(&Mesh) -> u64,
+    /// What it holds of a mesh besides planes or slabs, and about the most bytes of that.
+    pub(super) held: (&'static str, fn(&Mesh) -> u64),
     /// The files of an output, by the last part of its path.
     pub(super) file_names: fn(&str) -> Vec<String>,
     /// Refuses cells that the format cannot hold.
@@ -78,7 +78,7 @@ impl Format {
             longest_name: None,
             unit: None,
             held_planes: Some(2),
-            held_bytes: |_| 0,
+            held: ("", |_| 0),
             file_names: |name| vec![name.to_string()],
             check_lines: |_| Ok(()),
             check_flags: |_| Ok(()),

@@ -9,11 +9,13 @@ const BACKGROUND: &str = "background";
 
 /// The name of each flag, at most `longest` characters (16 or more), and none of those taken.
 pub(super) fn names(mesh: &Mesh, longest: usize, taken: &[&str]) -> Vec<String> {
-    let named = |flag: u8| {
-        let named = mesh.names().iter().find(|named| named.flag == flag).map(|named| named.name.clone());
-        named.unwrap_or_else(|| if flag == 0 { BACKGROUND.into() } else { format!("flag_{flag}") })
-    };
-    unique((0..=255u8).map(named), longest, taken)
+    unique((0..=255u8).map(|flag| name(mesh, flag)), longest, taken)
+}
+
+/// The name of a flag as it is.
+pub(super) fn name(mesh: &Mesh, flag: u8) -> String {
+    let named = mesh.names().iter().find(|named| named.flag == flag).map(|named| named.name.clone());
+    named.unwrap_or_else(|| if flag == 0 { BACKGROUND.into() } else { format!("flag_{flag}") })
 }
 
 /// Names that every program takes, each once: one that was there before gets its number, from 0.

@@ -30,11 +30,11 @@ pub(super) struct Surface {
     pub(super) triangles: Vec<[u32; 3]>,
 }
 
-/// About the most bytes that the surfaces of a mesh take.
-pub(super) fn held_bytes(mesh: &Mesh) -> u64 {
+/// What is held of a mesh, and about the most bytes of that.
+pub(super) const HELD: (&str, fn(&Mesh) -> u64) = ("surfaces", |mesh| {
     // columns that cannot be read are said when they are written
     n_faces(mesh).unwrap_or(0).saturating_mul(FACE_BYTES)
-}
+});
 
 /// Builds the surfaces of the kept flags, ascending, with coordinates relative to the first line of each axis.
 ///

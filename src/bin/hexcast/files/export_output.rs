@@ -110,13 +110,12 @@ impl Output for ExportOutput {
 
     fn plan(&self, meshed: &Meshed) -> Result<Option<Planned>> {
         self.exporter.check(meshed.mesh, &self.options).map_err(|error| self.at(error))?;
-        let (held, left) = (self.exporter.held_bytes(meshed.mesh), self.max_bytes.saturating_sub(meshed.held_bytes));
+        let (what, held) = self.exporter.held(meshed.mesh);
+        let left = self.max_bytes.saturating_sub(meshed.held_bytes);
         if held > left {
             let [held, left] = [held, left].map(BinaryBytes);
-            let message = format!(
-                "{} take up to {held} while they are made, and {left} of the memory allowed are left",
-                self.exporter.held()
-            );
+            let message =
+                format!("{what} take up to {held} while they are made, and {left} of the memory allowed are left");
             return Err(self.at(Error::new("memory", message, "allow more (--max-memory), or use larger cells")));
         }
         Ok(exact_size(meshed.mesh, self.exporter, &self.options).map(|n_bytes| self.of_bytes(n_bytes)))

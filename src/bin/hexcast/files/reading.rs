@@ -19,7 +19,7 @@ use rayon::prelude::*;
 
 use crate::files::{ledger, standard_streams};
 use crate::screen::{memory, progress::Progress};
-use hexcast::files::{FileAt, FileStore, Fineness, read_cad};
+use hexcast::files::{FileAt, FileStore, Fineness, format_of_cad, read_cad};
 
 const CHUNK_BYTES: usize = 1 << 20;
 
@@ -106,18 +106,13 @@ fn read_file(
     control: &Control,
     bar: &ProgressBar,
 ) -> Result<Source> {
-    if !standard_streams::is_standard(Path::new(file)) {
-        let mut input = ledger::open(Path::new(file))?;
-        if input.metadata().is_ok_and(|metadata| metadata.is_file())
-            && let Some(source) = read_cad(file, &mut bar.wrap_read(&mut input), fineness, control)?
-        {
-            return Ok(source);
-        }
-    }
     // held until its facets are read
     let mut room = Held::of(&control.memory);
-    let Input { input, n_bytes, again } = open(file, &mut room, control)?;
+    let Input { input, n_bytes, again, cad } = open(file, &mut room, control)?;
     let mut input = bar.wrap_read(input);
+    if let Some(format) = cad {
+        return read_cad((file, format), &mut input, fineness, control);
+    }
     match again.filter(|_| may_stay) {
         Some(again) => Source::read_again(*file, n_bytes, (&mut input, Arc::new(again)), control),
         None => Source::read(*file, n_bytes, &mut input, control),
@@ -146,6 +141,8 @@ struct Input {
     n_bytes: u64,
     /// The same once more, of a file on disk.
     again: Option<FileAt>,
+    /// Its format, of a file of CAD on disk.
+    cad: Option<Format>,
 }
 
 /// Opens a file; what has no length, such as a pipe, is read to memory first.
@@ -154,11 +151,12 @@ fn open(file: &str, room: &mut Held, control: &Control) -> Result<Input> {
     let mut input: Box<dyn Read + Send> = if standard_streams::is_standard(Path::new(file)) {
         Box::new(standard_streams::input()?)
     } else {
-        let input = ledger::open(Path::new(file))?;
+        let mut input = ledger::open(Path::new(file))?;
         let metadata = input.metadata().map_err(failed)?;
         if metadata.is_file() {
+            let cad = format_of_cad(&mut input).map_err(failed)?;
             let again = Some(FileAt::new(input.try_clone().map_err(failed)?));
-            return Ok(Input { input: Box::new(input), n_bytes: metadata.len(), again });
+            return Ok(Input { input: Box::new(input), n_bytes: metadata.len(), again, cad });
         }
         Box::new(input)
     };
@@ -171,7 +169,7 @@ fn open(file: &str, room: &mut Held, control: &Control) -> Result<Input> {
         bytes.append(&mut chunk);
     }
     let n_bytes = bytes.len() as u64;
-    Ok(Input { input: Box::new(Cursor::new(bytes)), n_bytes, again: None })
+    Ok(Input { input: Box::new(Cursor::new(bytes)), n_bytes, again: None, cad: None })
 }
 
 /// Whether this is a column file, or standard input has one; false for what is not a file or cannot be read.

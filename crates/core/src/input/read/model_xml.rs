@@ -16,6 +16,12 @@ use crate::base::memory::{Held, List, Memory};
 /// Parts of the names of extensions that a reader of solids need not know, or that are read.
 const HARMLESS: [&str; 4] = ["/production/", "/material/", "/slice/", "/trianglesets/"];
 
+/// What units are called in a model, and here.
+pub const UNITS: [(&str, &str); 6] =
+    [("millimeter", "mm"), ("micron", "um"), ("centimeter", "cm"), ("inch", "in"), ("foot", "ft"), ("meter", "m")];
+/// That of a model that does not say.
+pub const MILLIMETRE: (&str, &str) = UNITS[0];
+
 pub(super) struct Model {
     pub(super) unit: &'static str,
     pub(super) objects: HashMap<u32, Object>,
@@ -147,13 +153,11 @@ impl Object {
 /// What the element of a model itself says.
 fn head(tag: &BytesStart<'_>, memory: &Memory) -> Result<Model> {
     let unit = match attribute(tag, "unit")?.as_deref() {
-        Some("micron") => "um",
-        None | Some("millimeter") => "mm",
-        Some("centimeter") => "cm",
-        Some("inch") => "in",
-        Some("foot") => "ft",
-        Some("meter") => "m",
-        Some(unit) => return Err(wrong(&format!("\"{}\" is not one of its units", shown(unit, 20)))),
+        None => MILLIMETRE.1,
+        Some(name) => match UNITS.iter().find(|(known, _)| *known == name) {
+            Some((_, unit)) => unit,
+            None => return Err(wrong(&format!("\"{}\" is not one of its units", shown(name, 20)))),
+        },
     };
     for prefix in attribute(tag, "requiredextensions")?.unwrap_or_default().split_ascii_whitespace() {
         let space = attribute(tag, &format!("xmlns:{prefix}"))?.unwrap_or_default();

@@ -3,11 +3,10 @@ use std::sync::Arc;
 
 use super::super::stored;
 use super::*;
-use crate::testing::pattern;
+use crate::testing::{mesh_of, pattern};
 use hexcast_core::base::control::at_once;
 use hexcast_core::cells::columns::MemoryStore;
 use hexcast_core::grid::lines::Lines;
-use hexcast_core::testing::band_of;
 
 const SHAPES: [[u32; 3]; 5] = [[25, 27, 22], [64, 7, 150], [1, 5, 2], [3, 1, 9], [130, 4, 4]];
 
@@ -23,12 +22,6 @@ fn noise([x, y, z]: [u32; 3]) -> u8 {
     }
     let of_box = mixed([x / 5, y / 3, z / 2]);
     if of_box < 120 || mixed([z, x, y]) < 20 { 0 } else { 1 + (of_box % 4) as u8 }
-}
-
-fn mesh_of(axis: usize, dims: [u32; 3]) -> Mesh {
-    let rays = Rays::new(axis, dims);
-    let lines = Lines::new([-1.5, 0.25, 8.0], [0.5, 0.25, 0.125], dims).unwrap();
-    Mesh::new(lines, Columns::new(rays, vec![band_of(&rays, noise)]).unwrap(), vec![], None).unwrap()
 }
 
 fn all_cells([nx, ny, nz]: [u32; 3]) -> impl Iterator<Item = [u32; 3]> {
@@ -61,7 +54,7 @@ fn by_definition(rule: Levels, counts: &[u32; 256], n_of: &[u64; 256]) -> u8 {
 fn every_cell_of_every_level_is_that_of_the_definition() {
     for (axis, dims) in (0..3).flat_map(|axis| SHAPES.map(|dims| (axis, dims))) {
         for rule in [Levels::Any, Levels::Majority] {
-            let mut mesh = mesh_of(axis, dims);
+            let mut mesh = mesh_of(axis, dims, noise);
             let n_of = mesh.columns.cells_per_flag();
             let pyramid = Pyramid::of(&mesh, rule);
             while mesh.dims() != [1; 3] {

@@ -40,7 +40,7 @@ pub(in crate::export) static FORMAT: Format = Format {
     on_disk: "a folder of that name",
     cuts: true,
     is_boundary: true,
-    held_bytes: |mesh| 2 * mesh.n_cells(),
+    held: ("cut cells", |mesh| 2 * mesh.n_cells()),
     file_names,
     check_lines: |lines| {
         equal_cells(lines, "AMReX")?;

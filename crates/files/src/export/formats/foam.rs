@@ -33,7 +33,7 @@ pub(in crate::export) static FORMAT: Format = Format {
     has_ascii: true,
     cuts: true,
     check_mesh,
-    held_bytes: |mesh| mesh.outline().map_or(0, |outline| cut::held_bytes(mesh, outline)),
+    held: ("cut cells", |mesh| mesh.outline().map_or(0, |outline| cut::held_bytes(mesh, outline))),
     longest_name: Some(LONGEST_NAME),
     unit: Some(("OpenFOAM", "metres")),
     file_names,

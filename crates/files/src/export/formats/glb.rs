@@ -9,8 +9,9 @@ use serde_json::json;
 use crate::colours::colour;
 use crate::export::{
     format::Format,
+    names,
     output::{Export, Files, Out},
-    surfaces::{held_bytes, surfaces},
+    surfaces::{HELD, surfaces},
 };
 use hexcast_core::base::error::{Error, Result};
 use hexcast_core::base::length::Length;
@@ -18,7 +19,7 @@ use hexcast_core::base::length::Length;
 pub(in crate::export) static FORMAT: Format = Format {
     program: "glTF",
     about: "closed surfaces of cells, with names and colours",
-    held_bytes,
+    held: HELD,
     ..Format::new(&[".glb"], |job, name, files| Box::pin(write(job, name, files)))
 };
 
@@ -54,8 +55,7 @@ async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()
         accessors.push(json!({
             "bufferView": 2 * at + 1, "componentType": UNSIGNED_INT, "count": 3 * n_triangles, "type": "SCALAR"
         }));
-        let named = job.mesh.names().iter().find(|named| named.flag == surface.flag);
-        let name = named.map_or_else(|| format!("flag {}", surface.flag), |named| named.name.clone());
+        let name = names::name(job.mesh, surface.flag);
         let primitive = json!({ "attributes": { "POSITION": 2 * at }, "indices": 2 * at + 1, "material": at });
         meshes.push(json!({ "name": name, "primitives": [primitive], "extras": { "flag": surface.flag } }));
         let [red, green, blue] = colour(surface.flag).map(linear);
@@ -68,7 +68,6 @@ async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()
         job.say([sentence.to_string()]);
     }
     let metres = unit.map_or(1.0, |unit| unit.metres(1.0));
-
     let place = json!({
         "children": (1..=meshes.len()).collect::<Vec<_>>(),
         // columns: x stays, y goes to -z, z to y
@@ -93,7 +92,7 @@ async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()
         "buffers": [{ "byteLength": n_bytes }]
     })
     .to_string();
-    text.extend(std::iter::repeat_n(' ', text.len().wrapping_neg() % 4));
+    text.extend(std::iter::repeat_n(' ', text.len().next_multiple_of(4) - text.len()));
     let length = HEAD_BYTES + text.len() as u64 + n_bytes;
     let (Ok(length), Ok(n_bytes)) = (u32::try_from(length), u32::try_from(n_bytes)) else {
         let message = format!("the surfaces take {length} bytes, and .glb holds up to {}", u32::MAX);

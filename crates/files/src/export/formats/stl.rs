@@ -8,15 +8,16 @@ use crate::export::{
     format::Format,
     names::names,
     output::{Export, Files, Out},
-    surfaces::{Surface, held_bytes, surfaces},
+    surfaces::{HELD, Surface, surfaces},
 };
 use hexcast_core::base::error::{Error, Result};
+use hexcast_core::input::surface::doubled_area_vector;
 
 pub(in crate::export) static FORMAT: Format = Format {
     program: "STL",
     about: "closed surfaces of cells",
     has_ascii: true,
-    held_bytes,
+    held: HELD,
     ..Format::new(&[".stl"], |job, name, files| Box::pin(write(job, name, files)))
 };
 
@@ -63,13 +64,8 @@ fn write_text(surface: &Surface, name: &str, out: &mut Out<'_>) -> Result<()> {
 fn facets(surface: &Surface) -> impl Iterator<Item = ([f32; 3], [[f32; 3]; 3])> {
     surface.triangles.iter().map(|triangle| {
         let corners = triangle.map(|corner| surface.corners[corner as usize]);
-        let [u, v] = [1, 2].map(|to| [0, 1, 2].map(|axis| corners[to][axis] - corners[0][axis]));
-        let normal = [0, 1, 2].map(|axis| {
-            let [next, last] = [(axis + 1) % 3, (axis + 2) % 3];
-            let along = u[next] * v[last] - u[last] * v[next];
-            // no 0 with a sign
-            if along == 0.0 { 0.0 } else { along.signum() }
-        });
+        // no 0 with a sign
+        let normal = doubled_area_vector(&corners).map(|along| if along == 0.0 { 0.0 } else { along.signum() as f32 });
         (normal, corners)
     })
 }
